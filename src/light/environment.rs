@@ -280,7 +280,12 @@ impl Environment {
             radiance,
             image_from_world: Mat3::IDENTITY,
             kind: Kind::Computed(Box::new(Computed {
-                distribution: Distribution::new((columns, rows), &table.into(), radiance, as_cycles),
+                distribution: Distribution::new(
+                    (columns, rows),
+                    &table.into(),
+                    radiance,
+                    as_cycles,
+                ),
                 program,
                 mean,
                 disc,

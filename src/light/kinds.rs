@@ -279,6 +279,7 @@ impl Light {
         match self {
             Self::Area(area) => area.is_behind(from, normal),
             Self::Sun(sun) => sun.is_behind(normal),
+            Self::Computed(light) => light.plain().is_behind(from, normal),
             light => light
                 .bounds()
                 .is_some_and(|bounds| bounds.is_behind(from, normal)),

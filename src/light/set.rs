@@ -431,6 +431,9 @@ impl LightSet {
         if at.receiver != 0 && !self.reaches(self.source(drawn), at.receiver) {
             return None;
         }
+        if self.is_behind(at, drawn) {
+            return None;
+        }
         let sample = self.light(drawn).sample_li(at, u)?;
         let sample = match self.as_cycles_at(at) {
             None => sample.chosen(p)?,

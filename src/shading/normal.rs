@@ -31,13 +31,14 @@ pub fn bend_for_reflection(ng: Vec3, wo: Vec3, n: Vec3) -> Vec3 {
 /// Softens the terminator that a bumped normal `n` draws across the smooth normal `ns`: the
 /// masking of a GGX surface of which the bump is a typical facet (Conty Estevez, Lecocq, Stein,
 /// *A Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem*, Ray Tracing
-/// Gems, ch. 12). `wi` is the direction to the light; 0 where the smooth surface faces away. A bump that points below the smooth
-/// surface, as strong normal maps do, gets light from there alone, as in Cycles: none.
+/// Gems, ch. 12). `wi` is the direction to the light; 0 where it and the normal are on different sides of the smooth surface. Both
+/// may be behind it, as in Cycles: a displacement that is a bump says what is smooth, and may lean further than a normal map.
 pub fn bump_shadowing(ns: Vec3, n: Vec3, wi: Vec3) -> f32 {
     let (cos_i, cos_d) = (ns.dot(wi), ns.dot(n));
-    if cos_i <= 0.0 || cos_d <= 0.0 {
+    if cos_i * cos_d <= 0.0 {
         return 0.0;
     }
+    let (cos_i, cos_d) = (cos_i.abs(), cos_d.abs());
     if cos_d >= 1.0 || cos_i >= 1.0 {
         return 1.0;
     }

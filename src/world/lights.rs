@@ -221,7 +221,12 @@ pub(super) fn prepare(
     }
     if let Some(environment) = &scene.environment
         && effects::keeps_environment(effects, environment)
-        && let Some(made) = around(scene, environment, (origin, view), (shares, hangs_on_choice))
+        && let Some(made) = around(
+            scene,
+            environment,
+            (origin, view),
+            (shares, hangs_on_choice),
+        )
     {
         // Shadows are no choice of the world's.
         let seen = environment.visibility.with(RayKind::Shadow);
@@ -240,10 +245,11 @@ pub(super) fn prepare(
 /// Whether rays that are scattered find other light than light samples do: objects are in the way of some kinds of rays only, or
 /// what lets light pass or shines asks which ray it is.
 fn rays_find_other_things(scene: &Scene, materials: &[Arc<PreparedMaterial>]) -> bool {
-    let is_of_ray = |node: &Node| {
-        matches!(&node.kind, NodeKind::Function(Function::Place(input)) if input.tells_rays_apart())
-    };
-    let of_lamps = scene.lights.iter().filter_map(|light| light.graph.as_deref());
+    let is_of_ray = |node: &Node| matches!(&node.kind, NodeKind::Function(Function::Place(input)) if input.tells_rays_apart());
+    let of_lamps = scene
+        .lights
+        .iter()
+        .filter_map(|light| light.graph.as_deref());
     let world = scene.environment.as_ref().and_then(|e| e.graph.as_ref());
     let mut shining = of_lamps.chain(world.map(|world| &world.graph));
     effects::tells_rays_apart(scene)

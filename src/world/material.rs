@@ -546,7 +546,12 @@ impl PreparedMaterial {
     pub fn asks_which_ray(&self) -> bool {
         let opacity = self.programs.opacity.iter().map(|o| &o.program);
         let mut programs = opacity.chain([&self.programs.emission.program]);
-        programs.any(|program| program.place_inputs().iter().any(PlaceInput::tells_rays_apart))
+        programs.any(|program| {
+            program
+                .place_inputs()
+                .iter()
+                .any(PlaceInput::tells_rays_apart)
+        })
     }
 
     /// Whether [`Self::emitted`] looks at the place.

@@ -315,10 +315,10 @@ impl HitPoint<'_> {
         if self.is_inside() { -n } else { n }
     }
 
-    /// A tangent-space normal in the frame of the corners' tangents and normals, as Cycles has it: in the object's own axes,
-    /// neither orthogonal nor of unit length between the corners. 0 where there are no tangents.
-    /// `before`: the attribute with the normals that stand for the corners'.
-    fn mapped_by_corners(&self, mapped: Vec3, before: Option<u32>) -> Vec3 {
+    /// A tangent-space normal in the frame of the corners' tangents and normals, as Cycles has it: in the object's own axes, not
+    /// orthogonal between the corners, and the tangent not of unit length. 0 where there are no tangents.
+    /// `before`: the attribute with the normals that stand for the corners'. `unit`: the corners' own make one of unit length.
+    fn mapped_by_corners(&self, mapped: Vec3, (before, unit): (Option<u32>, bool)) -> Vec3 {
         let (Some(facts), Some(tangents)) = (self.facts(), &self.mesh.tangents) else {
             return Vec3::ZERO;
         };
@@ -339,12 +339,11 @@ impl HitPoint<'_> {
             .filter(|normal| normal.w > 0.0);
         let normal = match &self.mesh.normals {
             Some(_) if let Some(before) = before => before.truncate(),
-            Some(normals) => between(
-                self.corners
-                    .map(|i| normal_of(Vec3::from(normals[i as usize]))),
-                self.u,
-                self.v,
-            ),
+            Some(normals) => {
+                let corners = self.corners.map(|i| Vec3::from(normals[i as usize]));
+                let normal = between(corners.map(normal_of), self.u, self.v);
+                if unit { unit_or_zero(normal) } else { normal }
+            }
             // A bump of the displacement has not turned it.
             None => unit_or_zero(axes.transpose() * self.geometric_normal()),
         };
@@ -396,13 +395,16 @@ impl Place for HitPoint<'_> {
                 let scale = Vec3::new(strength, strength, 1.0);
                 return self.entry.mapped_normal(self, own, normal * scale);
             }
-            NormalSpace::Tangent => {
+            NormalSpace::Tangent | NormalSpace::Spread => {
                 let share = strength.clamp(0.0, 1.0);
                 let z = 1.0 + (normal.z - 1.0) * share;
                 let scaled = Vec3::new(normal.x * strength, normal.y * strength, z);
-                return self.mapped_by_corners(scaled, None);
+                let unit = space == NormalSpace::Tangent;
+                return self.mapped_by_corners(scaled, (None, unit));
             }
-            NormalSpace::Before(attribute) => self.mapped_by_corners(normal, Some(attribute)),
+            NormalSpace::Before(attribute) => {
+                self.mapped_by_corners(normal, (Some(attribute), true))
+            }
             NormalSpace::Object => {
                 let world =
                     self.transformed(normal, Transformed::Normal, Space::Object, Space::World);

@@ -98,9 +98,8 @@ impl LightSet {
         })
     }
 
-    /// Whether all of a light is behind the surface's normal. Light samples of it give nothing, as no lobe's value reaches there; rays
-    /// may still find it, where a lobe has a normal of its own beside a displacement that is a bump. Cycles' Light Tree does not
-    /// draw it either, so that rays alone count.
+    /// Whether all of a light is behind the surface's normal. Cycles' Light Tree does not draw it, so that rays alone count: they may find
+    /// it where a lobe has a normal of its own beside a displacement that is a bump.
     pub(super) fn is_behind(&self, at: &LightSampleContext, light: Drawn) -> bool {
         let Some((normal, false)) = at.facing else {
             return false;

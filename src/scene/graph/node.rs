@@ -440,7 +440,9 @@ pub enum NormalSpace {
     Gltf,
     /// Tangent, bitangent, normal. The strength goes from the surface's own normal to the map's, as in Blender.
     Tangent,
-    /// The same of the surface before it was displaced, by the attribute of vertices that keeps its normals.
+    /// The same, but the normal is as it comes between those of the corners, shorter where these spread, as in Cycles before 5.1.
+    Spread,
+    /// As `Tangent`, of the surface before it was displaced, by the attribute of vertices that keeps its normals.
     Before(u32),
     /// The object's, in Blender's axes.
     Object,

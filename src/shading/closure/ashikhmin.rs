@@ -168,7 +168,10 @@ impl Velvet {
     /// Value and density.
     pub fn evaluate(&self, smooth: Vec3, wi: Vec3) -> LobeValue {
         let (cos_o, cos_i) = (self.normal.dot(self.wo), self.normal.dot(wi));
-        if cos_o <= 0.0 || cos_i <= 0.0 || (self.normal != smooth && wi.dot(smooth) <= 0.0) {
+        if cos_o <= 0.0
+            || cos_i <= 0.0
+            || (self.normal != smooth && wi.dot(smooth) * self.normal.dot(smooth) <= 0.0)
+        {
             return LobeValue::ZERO;
         }
         let pdf = 1.0 / TAU;

@@ -13,10 +13,8 @@ use std::marker::PhantomData;
 #[derive(Clone, Copy, Debug)]
 pub struct Facets<S = Ggx> {
     spread: PhantomData<S>,
-    /// About the mean normal, x along the tangent.
+    /// About the mean normal, bent so that mirrored views leave the surface; x along the tangent.
     frame: Frame,
-    /// The normal that was asked for; `frame.z` is bent so that reflections leave the surface.
-    normal: Vec3,
     view: ggx::View,
     alpha: Alpha,
     bound: f32,
@@ -58,7 +56,6 @@ impl<S: Spread> Facets<S> {
         Self {
             spread: PhantomData,
             frame,
-            normal,
             view: ggx::View::new(local, &alpha),
             alpha,
             bound: ggx::reflection_bound(local, &alpha),
@@ -96,10 +93,12 @@ impl<S: Spread> Facets<S> {
         self.alpha.is_smooth()
     }
 
-    /// A bumped normal must not see light from behind the smooth surface, nor transmit to before it.
+    /// A bumped normal must not see light from the other side of the smooth surface, nor transmit to its own.
     #[inline]
     pub(super) fn is_behind_smooth(&self, smooth: Vec3, wi: Vec3, transmitted: bool) -> bool {
-        self.normal != smooth && (wi.dot(smooth) < 0.0) != transmitted
+        let normal = self.frame.z;
+        let is_across = || wi.dot(smooth) * normal.dot(smooth) < 0.0;
+        normal != smooth && is_across() != transmitted
     }
 
     /// The view in the facets' frame.

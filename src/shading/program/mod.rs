@@ -301,7 +301,7 @@ impl Program {
                 ..
             } => [Some(PlaceInput::ObjectNormal), None],
             Operation::NormalMap {
-                space: NormalSpace::Object | NormalSpace::Tangent,
+                space: NormalSpace::Object | NormalSpace::Tangent | NormalSpace::Spread,
                 ..
             } => [Some(PlaceInput::Object), None],
             Operation::NormalMap {

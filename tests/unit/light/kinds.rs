@@ -65,12 +65,17 @@ fn lights() -> Vec<Light> {
         toward: sun,
         one_minus_cos: 1.0 - 0.98f32.sqrt(),
     };
-        let sought = Disc {
+    let sought = Disc {
         shines: false,
         share: Some(0.8),
         ..disc
     };
-    let skies = [(None, false), (None, true), (Some(disc), false), (Some(sought), true)];
+    let skies = [
+        (None, false),
+        (None, true),
+        (Some(disc), false),
+        (Some(sought), true),
+    ];
     for (disc, as_cycles) in skies {
         let columns = 128;
         let table = SkyTable { columns, as_cycles };

@@ -17,6 +17,9 @@ use crate::scene::{
 };
 use serde_json::Value;
 
+/// From this one on, normal maps stand on a normal of unit length between those of the corners.
+const UNIT_NORMALS: CyclesVersion = CyclesVersion::new(5, 1);
+
 /// The spread of a shader's facets.
 fn distribution(node: &NodeJson) -> Result<Distribution, Refusal> {
     match node.text("distribution") {
@@ -216,17 +219,22 @@ impl Reader<'_, '_, '_> {
     /// The frame of a normal map's tangents. Where vertices have moved, Cycles keeps the tangents and takes the new normals until 4.5,
     /// keeps both in 5.0, and from 5.1 on the node says whether both are new.
     fn tangent_space(&mut self, base: Option<&str>) -> NormalSpace {
+        let of_corners = if self.version < UNIT_NORMALS {
+            NormalSpace::Spread
+        } else {
+            NormalSpace::Tangent
+        };
         let moves = self.graph.displacement.is_some();
         if !moves || self.version < CyclesVersion::new(5, 0) {
-            return NormalSpace::Tangent;
+            return of_corners;
         }
         if self.version >= CyclesVersion::new(5, 1) && base != Some("ORIGINAL") {
             self.graph.renews_tangents = true;
-            return NormalSpace::Tangent;
+            return of_corners;
         }
         // Under a bump normals stay as they are.
         if self.graph.normal.is_some() {
-            return NormalSpace::Tangent;
+            return of_corners;
         }
         let number = self.source.attributes();
         self.before = Some(number);

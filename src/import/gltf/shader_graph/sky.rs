@@ -43,7 +43,9 @@ impl SoughtJson {
     fn cone(&self) -> Option<SunCone> {
         let is_there = self.half_angle.is_finite() && self.half_angle > 0.0;
         Some(SunCone {
-            direction: is_there.then_some(Vec3::from(self.direction))?.try_normalize()?,
+            direction: is_there
+                .then_some(Vec3::from(self.direction))?
+                .try_normalize()?,
             half_angle: self.half_angle,
         })
     }
