@@ -91,4 +91,15 @@ mod tests {
         let below = Vec3::new(0.9, 0.0, -0.1).normalize();
         assert_eq!(bump_shadowing(ns, below, Vec3::new(0.6, 0.0, 0.8)), 0.0);
     }
+
+    #[test]
+    fn behind_the_smooth_normal_is_lit_where_the_bump_is_there_too() {
+        let ns = Vec3::Z;
+        let above = Vec3::new(0.5, 0.1, 0.7).normalize();
+        let wi = Vec3::new(0.3, -0.2, 0.6).normalize();
+        let turned = |v: Vec3| Vec3::new(v.x, v.y, -v.z);
+        let both = bump_shadowing(ns, turned(above), turned(wi));
+        assert_eq!(both, bump_shadowing(ns, above, wi));
+        assert!(both > 0.9, "{both}");
+    }
 }
