@@ -125,9 +125,25 @@ pub(super) fn close_entries(
 impl World {
     /// What a ray meets first, of the surface that Embree says and the interfaces close to it and close to where the ray
     /// begins; keeps in `passage` where that is.
+    #[inline]
+    pub fn first_in_order(
+        &self,
+        met: Option<Hit>,
+        passage: &mut Passage,
+        ray: (Vec3, Vec3),
+        kind: RayKind,
+    ) -> Option<Hit> {
+        if passage.start.is_none() && met.as_ref().is_none_or(|hit| !self.is_close(hit)) {
+            passage.way = None;
+            return met;
+        }
+        self.in_order(met, passage, ray, kind)
+    }
+
+    /// The same where there may be several.
     #[cold]
     #[inline(never)]
-    pub fn first_in_order(
+    fn in_order(
         &self,
         met: Option<Hit>,
         passage: &mut Passage,
