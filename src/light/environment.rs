@@ -260,7 +260,8 @@ impl Environment {
         // No bright spot between the places looked at is without a chance.
         let floor = if as_cycles { Vec3::ZERO } else { mean * FLOOR };
         let table: Vec<Vec3> = texels.into_iter().map(|t| t + floor).collect();
-        let sought = disc.and_then(|disc| Some((disc, disc.share?)));
+        let sought = disc.filter(|disc| !disc.shines);
+        let sought = sought.and_then(|disc| Some((disc, disc.share?)));
         let disc = disc.filter(is_sun).and_then(|disc| {
             let middle = |i: u32| (i as f32 + 0.5) / DISC_LOOKS as f32;
             let looks = (0..DISC_LOOKS * DISC_LOOKS).map(|i| {
@@ -275,7 +276,7 @@ impl Environment {
             let share = disc.share.unwrap_or((light / all).clamp(0.1, 0.9));
             (light > 0.0).then_some((disc, share))
         });
-        let disc = disc.or(sought.filter(|(disc, _)| !disc.shines));
+        let disc = disc.or(sought);
         Self {
             radiance,
             image_from_world: Mat3::IDENTITY,

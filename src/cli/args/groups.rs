@@ -347,12 +347,13 @@ pub struct Transport {
     /// by their areas, the others evenly to lamps, suns and the world.
     ///
     /// The same picture but for clamping, which takes more from lights that are drawn more seldom, and a little more noise; and for
-    /// steep bumps, where light from behind them is lost.
+    /// light behind steep bumps and light that only some rays find, as through glass that casts no shadow.
     #[arg(long)]
     pub even_lights: bool,
     /// Clamps light samples as if they were shared out as Cycles does with its Light Tree.
     ///
     /// The same picture but for clamping, which takes more from lights that are drawn more seldom, and a little more noise.
+    /// Light that only some rays find counts so without it, too, in files from Blender.
     #[arg(long, conflicts_with = "even_lights")]
     pub tree_lights: bool,
     /// Makes reflection and refraction rougher behind blurring bounces, as Cycles' Filter Glossy; 0 for off.
