@@ -331,13 +331,17 @@ impl Area {
     /// measures: as wide as the angle to its furthest corner.
     pub fn is_behind(&self, from: Vec3, normal: Vec3) -> bool {
         let way = (self.center - from).normalize_or_zero();
+        let height = way.dot(normal);
+        if height > 0.0 {
+            return false;
+        }
         let (x, y) = (self.u * self.half.x, self.v * self.half.y);
         let sine = [x + y, x - y, y - x, -x - y]
             .map(|corner| (self.center + corner - from).normalize_or_zero())
             .map(|corner| way.cross(corner).length())
             .into_iter()
             .fold(0.0, f32::max);
-        way.dot(normal) <= -sine
+        height <= -sine
     }
 
     /// Draws a point. `None` where it would not shine on `from`.

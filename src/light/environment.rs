@@ -549,11 +549,11 @@ impl Distribution {
     ) -> Self {
         let columns = width.min(CELLS_U);
         let rows = height.min(CELLS_U / 2);
-        // Mean of the bilinear interpolation over each texel's cell: (1, 6, 1)/8 in both directions.
-        // It is above 0 wherever the interpolation is somewhere above 0 in the cell.
         let brightness = if as_cycles { average } else { luminance };
         let weight =
             |x: usize, y: usize| f64::from(brightness((texels.at(y * width + x) * radiance).abs()));
+        // Mean of the bilinear interpolation over each texel's cell: (1, 6, 1)/8 in both directions.
+        // It is above 0 wherever the interpolation is somewhere above 0 in the cell.
         let smoothed_row = |y: usize| -> Vec<f64> {
             if as_cycles {
                 return (0..width).map(|x| weight(x, y)).collect();

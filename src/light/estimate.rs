@@ -79,6 +79,24 @@ pub struct Choice {
     pub probability: f32,
 }
 
+/// A ball about a light.
+#[derive(Clone, Copy, Debug)]
+pub struct Ball {
+    center: Vec3,
+    radius_squared: f32,
+}
+
+impl Ball {
+    /// Whether a surface of this normal, of unit length, sees nothing of it, by the cone around its middle that Cycles' Light Tree
+    /// measures: as wide as the tangent of the radius.
+    pub fn is_behind(&self, from: Vec3, normal: Vec3) -> bool {
+        let (way, half) = (self.center - from, self.radius_squared);
+        let distance = way.length_squared();
+        let height = way.dot(normal);
+        height <= 0.0 && height <= -(distance * half / (distance + half)).sqrt()
+    }
+}
+
 impl LightBounds {
     /// Middle of the box.
     pub fn center(&self) -> Vec3 {
@@ -90,12 +108,12 @@ impl LightBounds {
         (self.max - self.min) * 0.5
     }
 
-    /// Whether a surface of this normal, of unit length, sees nothing of what is within the box, by the cone around its middle that
-    /// Cycles' Light Tree measures: as wide as the tangent of half the diagonal.
-    pub fn is_behind(&self, from: Vec3, normal: Vec3) -> bool {
-        let (way, half) = (self.center() - from, self.half().length_squared());
-        let distance = way.length_squared();
-        way.dot(normal) <= -(distance * half / (distance + half)).sqrt()
+    /// The ball about the box.
+    pub fn ball(&self) -> Ball {
+        Ball {
+            center: self.center(),
+            radius_squared: self.half().length_squared(),
+        }
     }
 
     /// Of two.

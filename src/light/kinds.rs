@@ -5,7 +5,7 @@ use super::area::Area;
 use super::computed::ComputedLight;
 use super::emissive::{EmissiveRectangle, EmissiveTriangle};
 use super::environment::Environment;
-use super::estimate::{Angle, Front, LightBounds};
+use super::estimate::{Angle, Ball, Front, LightBounds};
 use super::lamp::{Lamp, LampSample};
 use super::light_sampler::Pmf;
 use super::program::LookingRay;
@@ -275,14 +275,13 @@ impl Light {
     }
 
     /// Whether a surface of this normal, of unit length, sees nothing of it, as Cycles' Light Tree has it; a sky is all around.
-    pub(super) fn is_behind(&self, from: Vec3, normal: Vec3) -> bool {
+    /// `ball`: about a finite light.
+    pub(super) fn is_behind(&self, ball: Option<&Ball>, (from, normal): (Vec3, Vec3)) -> bool {
         match self {
             Self::Area(area) => area.is_behind(from, normal),
             Self::Sun(sun) => sun.is_behind(normal),
-            Self::Computed(light) => light.plain().is_behind(from, normal),
-            light => light
-                .bounds()
-                .is_some_and(|bounds| bounds.is_behind(from, normal)),
+            Self::Computed(light) => light.plain().is_behind(ball, (from, normal)),
+            _ => ball.is_some_and(|ball| ball.is_behind(from, normal)),
         }
     }
 

@@ -9,7 +9,7 @@ pub use choice::LightChoice;
 
 use super::coplanar::{Coplanar, Plane};
 use super::emissive::{EmissiveMesh, EmissiveTriangles, Eye, Twins};
-use super::estimate::{LightBounds, MOST};
+use super::estimate::{Ball, LightBounds, MOST};
 use super::finder::Finder;
 use super::groups::LightGroups;
 use super::kinds::{Groups, Light, LightSample, LightSampleContext};
@@ -45,8 +45,8 @@ pub struct LightSet {
     as_cycles: Option<Box<AsCycles>>,
     /// What is seen of a light depends on how often it is drawn, without clamping too.
     hangs_on_choice: bool,
-    /// Lights are drawn as often behind a surface as before it in Cycles, which has no Light Tree.
-    is_even: bool,
+    /// About the finite lights; `None` where Cycles, without its Light Tree, draws lights behind a surface as often as before it.
+    balls: Option<Vec<Ball>>,
 }
 
 struct InfiniteLight {
@@ -133,7 +133,7 @@ impl LightSetBuilder {
                 linking: None,
                 as_cycles: None,
                 hangs_on_choice: false,
-                is_even: false,
+                balls: None,
             },
             suns: Vec::new(),
             planes: Vec::new(),
@@ -227,6 +227,8 @@ impl LightSetBuilder {
         set.lights.shrink_to_fit();
         let mut bounds: Vec<LightBounds> = Vec::with_capacity(set.lights.len());
         bounds.extend(set.lights.iter().filter_map(Light::bounds));
+        let balls = || bounds.iter().map(LightBounds::ball).collect();
+        set.balls = (choice != LightChoice::Even).then(balls);
         if choice == LightChoice::Power {
             choice::by_power(&mut bounds);
         }
@@ -241,7 +243,6 @@ impl LightSetBuilder {
             set.linking = Some(linking);
         }
         set.sampler = LightSampler::new(bounds);
-        set.is_even = choice == LightChoice::Even;
         // Lights that are linked are drawn by who sees them.
         if set.linking.is_none() {
             let as_cycles = match choice {

@@ -20,9 +20,9 @@ pub struct Sun {
 impl Sun {
     /// Whether a surface of this normal, of unit length, sees nothing of it.
     pub fn is_behind(&self, normal: Vec3) -> bool {
+        let height = self.toward.dot(normal);
         // sin² = (1 − cos)(1 + cos).
-        let sine = (self.one_minus_cos * (2.0 - self.one_minus_cos)).sqrt();
-        self.toward.dot(normal) <= -sine
+        height <= 0.0 && height <= -(self.one_minus_cos * (2.0 - self.one_minus_cos)).sqrt()
     }
 
     /// From irradiance and angular diameter in radians (up to π: a hemisphere).

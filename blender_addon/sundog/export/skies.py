@@ -77,14 +77,16 @@ class Plan:
         # The sun's disc; None where there is none.
         self.sun = None
         self.elevation, self.azimuth, self.half_angle = elevation, math.pi / 2 - rotation, 0.0
+        size = max(float(node.sun_size), _LEAST_SIZE)
+        half_angle = min(size / 2, _WIDEST)
         if not self.is_old and node.sun_disc:
-            self.sun = {"sun_size": max(float(node.sun_size), _LEAST_SIZE), "sun_intensity": float(node.sun_intensity)}
-            self.half_angle = min(self.sun["sun_size"] / 2, _WIDEST)
+            self.sun = {"sun_size": size, "sun_intensity": float(node.sun_intensity)}
+            self.half_angle = half_angle
         # The older models have no disc. Since Blender 5 most samples of their light go where one would be, as the switch is on.
         self.sought = None
         if self.is_old and node.sun_disc and _SEEKS_EVERY_SUN:
             toward = [float(v) for v in _directions(self.azimuth, self.elevation)[0]]
-            self.sought = {"direction": toward, "half_angle": min(max(float(node.sun_size), _LEAST_SIZE) / 2, _WIDEST)}
+            self.sought = {"direction": toward, "half_angle": half_angle}
         # Below it the sun is hidden.
         self.horizon = _horizon(float(getattr(node, "altitude", 0.0)))
         description = [self.values, self.sun, self.size, list(bpy.app.version), colorspace.working_space(), 4]

@@ -101,10 +101,14 @@ impl LightSet {
     /// Whether all of a light is behind the surface's normal. Cycles' Light Tree does not draw it, so that rays alone count: they may find
     /// it where a lobe has a normal of its own beside a displacement that is a bump.
     pub(super) fn is_behind(&self, at: &LightSampleContext, light: Drawn) -> bool {
-        let Some((normal, false)) = at.facing else {
+        let (Some((normal, false)), Some(balls)) = (at.facing, &self.balls) else {
             return false;
         };
-        !self.is_even && self.light(light).is_behind(at.point, normal)
+        let ball = match light {
+            Drawn::Finite(number) => balls.get(number as usize),
+            Drawn::Infinite(_) => None,
+        };
+        self.light(light).is_behind(ball, (at.point, normal))
     }
 
     /// None of the light samples goes to a sky of one colour, as in Cycles. BSDF sampling finds it as well or better: half of the sphere is

@@ -101,6 +101,10 @@ fn what_is_wholly_behind_a_normal_is_told_from_what_is_in_part() {
     for (degrees, behind) in [(0.0, true), (64.0, true), (65.0, false), (180.0, false)] {
         let (sine, cosine) = f32::sin_cos(f32::to_radians(degrees));
         let normal = Vec3::new(sine, 0.0, cosine);
-        assert_eq!(bounds.is_behind(Vec3::ZERO, normal), behind, "{degrees}");
+        assert_eq!(
+            bounds.ball().is_behind(Vec3::ZERO, normal),
+            behind,
+            "{degrees}"
+        );
     }
 }
