@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Makes Blender available as a Python module, as a virtual environment in the cache folder:
 #
-#     scripts/setup-bpy.sh [VERSION]      VERSION 4.5.15 (the default), 5.2.3, 5.1.2, 5.0.1 or 4.2.23
+#     scripts/setup-bpy.sh [VERSION]      VERSION 4.5.15 (the default), 5.3.0, 5.2.3, 5.1.2, 5.0.1 or 4.2.23
 #
 # The environment is then <cache>/bpy-VERSION/bin/python. bpy needs Python 3.11, from 5.1 on Python 3.13; where the system has
 # none, a Debian's packages of it are unpacked into the cache folder and nothing is installed. SUNDOG_BPY_PYTHON names another

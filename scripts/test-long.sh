@@ -8,8 +8,8 @@
 . "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 cd "$project_root"
 
-# The oldest that the add-on supports, and those before the LTS version of scripts/test.sh.
-bpy_versions=(4.2.23 4.5.15 5.0.1 5.1.2)
+# The oldest that the add-on supports, and those before and after the LTS version of scripts/test.sh.
+bpy_versions=(4.2.23 4.5.15 5.0.1 5.1.2 5.3.0)
 unset SUNDOG_BPY_PYTHON
 export SUNDOG_LONG_TESTS=1
 latest=5.2.3
@@ -38,7 +38,7 @@ long_tests() {
     SUNDOG_PROGRAM="$program" "$cache/bpy-$latest/bin/python" tests/addon/run.py "${modules[@]}" || result=$?
     say "the package in them"
     "$cache/bpy-4.5.15/bin/python" tests/addon/test_package.py --sundog "$program" "${package[@]}" || result=$?
-    for version in 5.0.1 5.1.2; do
+    for version in 5.0.1 5.1.2 5.3.0; do
         say "colours and layers in Blender $version"
         SUNDOG_BPY_PYTHON="$cache/bpy-$version/bin/python" \
             cargo test --locked --test sundog-tests -- color:: blender_layers:: || result=$?

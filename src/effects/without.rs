@@ -3,7 +3,9 @@
 use super::detect::kind_of_glass;
 use super::sets;
 use crate::scene::graph::node::{diffuse, principled, subsurface};
-use crate::scene::graph::{Graph, Input, Node, NodeKind, Opacity, SimpleBsdf, Slot, SocketKind};
+use crate::scene::graph::{
+    Graph, Input, Node, NodeKind, Opacity, ShaderRules, SimpleBsdf, Slot, SocketKind,
+};
 use crate::scene::{Effect, Environment, Light, Material};
 use enumset::EnumSet;
 
@@ -58,7 +60,9 @@ pub fn without_effects(material: &Material, set: EnumSet<Effect>) -> Material {
                 *input = Input::None;
             }
         }
-        if node.kind == NodeKind::DiffuseBsdf && !set.contains(Effect::DiffuseRoughness) {
+        if matches!(node.kind, NodeKind::DiffuseBsdf { .. })
+            && !set.contains(Effect::DiffuseRoughness)
+        {
             node.inputs[diffuse::ROUGHNESS] = Input::float(0.0);
         }
         if !set.contains(Effect::Anisotropy)
@@ -69,7 +73,10 @@ pub fn without_effects(material: &Material, set: EnumSet<Effect>) -> Material {
         if let NodeKind::Bsdf(bsdf) = node.kind
             && !set.contains(node.simple_effect(bsdf))
         {
-            let mut instead = Node::new(NodeKind::DiffuseBsdf).with(diffuse::COLOR, 0.0);
+            let mut instead = Node::new(NodeKind::DiffuseBsdf {
+                rules: ShaderRules::default(),
+            })
+            .with(diffuse::COLOR, 0.0);
             if let SimpleBsdf::Subsurface(_) = bsdf {
                 instead.inputs[diffuse::COLOR] = node.inputs[subsurface::COLOR];
                 instead.inputs[diffuse::NORMAL] = node.inputs[subsurface::NORMAL];

@@ -40,7 +40,9 @@ pub fn add_aovs(
     for passed in 0..settings.transparent_left(0).min(MOST_PASSED) {
         let Some(hit) = world.first((origin, direction, span), &sender) else {
             world.add_aovs_around(direction, sums);
-            add_vectors(vectors, || world.vectors_around(direction));
+            if let Some(moves) = world.vectors_around(direction) {
+                add_vectors(vectors, || moves);
+            }
             return passed + 1;
         };
         let asking = Asking::of(&sender, direction, &hit);

@@ -61,6 +61,7 @@ mod version;
 pub mod voronoi;
 pub mod wave;
 pub mod white_noise;
+pub mod whole;
 
 #[cfg(test)]
 #[path = "../../tests/unit/nodes/mod.rs"]

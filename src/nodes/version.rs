@@ -12,7 +12,7 @@ pub struct CyclesVersion {
 
 impl CyclesVersion {
     /// The latest whose nodes are known.
-    pub const LATEST: Self = Self::new(5, 2);
+    pub const LATEST: Self = Self::new(5, 3);
 
     /// By its numbers.
     pub const fn new(major: u16, minor: u16) -> Self {

@@ -2,7 +2,7 @@
 
 mod builder;
 
-use super::graph::{Distribution, Graph, Node, TangentKind};
+use super::graph::{Distribution, Graph, Node, ShaderRules, TangentKind};
 use super::{Material, Medium, Texture};
 
 /// A material as glTF's core and its extensions describe it. Scalars multiply their textures.
@@ -83,6 +83,8 @@ pub struct MetallicRoughness {
     pub medium: Option<Medium>,
     /// Among solids that overlap (SUNDOG_material).
     pub priority: Option<i32>,
+    /// Whose version it follows (Sundog's add-on).
+    pub rules: ShaderRules,
 }
 
 impl Default for MetallicRoughness {
@@ -110,6 +112,7 @@ impl Default for MetallicRoughness {
             transmission: 0.0,
             transmission_texture: None,
             thin_walled: true,
+            rules: ShaderRules::default(),
             glossy: None,
             simple: None,
             transparent_color: [1.0; 3],

@@ -17,6 +17,8 @@ pub struct Shutter {
     pub rolling: Option<f32>,
     /// Nothing is blurred: the picture is that of the middle, and what moves is for motion vectors.
     pub still: bool,
+    /// Motion vectors are of objects alone: what lies at infinity has none.
+    pub objects_alone: bool,
 }
 
 /// The vertices of a mesh at a step of time.

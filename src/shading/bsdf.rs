@@ -212,7 +212,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
 
     /// Adds a Lambertian lobe. Those with one normal are one.
     #[inline]
-    pub(super) fn add_lambert(&mut self, color: Vec3, normal: Vec3) {
+    pub fn add_lambert(&mut self, color: Vec3, normal: Vec3) {
         if !K::FACETS || self.lambert.color == Vec3::ZERO {
             self.lambert = Diffuse { color, normal };
             return;

@@ -8,6 +8,7 @@ use super::ggx::Alpha;
 use super::principled::Principled;
 use super::tables::{LutCoordinate, Reflection as Albedos, layer_albedo};
 use crate::math::sqr;
+use crate::scene::graph::ShaderRules;
 use glam::Vec3;
 
 /// A clear coat at a point.
@@ -43,6 +44,8 @@ pub struct Layers {
     pub coat: Option<Coat>,
     /// The fibres above it.
     pub fibres: Option<Fibres>,
+    /// Whose version they follow.
+    pub rules: ShaderRules,
 }
 
 impl Layers {
@@ -103,8 +106,15 @@ impl<K: BsdfFeatures> Bsdf<K> {
         let Some(coat) = coat else {
             return (rest, Vec3::ONE);
         };
-        let (rest, cos) = self.add_coat(rest, coat);
-        (rest, through(coat, cos))
+        let (albedo, cos) = self.add_coat(rest, coat, layers.rules);
+        let way = through(coat, cos);
+        if layers.rules == ShaderRules::Since53 && way != Vec3::ONE {
+            // What the coat covers gives the coat's light and its own through the coat; the rest its own.
+            let left = Vec3::ONE - (Vec3::ONE - way * (1.0 - albedo)) * coat.weight;
+            return (rest, left.clamp(Vec3::ZERO, Vec3::ONE));
+        }
+        let tint = Vec3::ONE.lerp(way, coat.weight).max(Vec3::ZERO);
+        (rest * (1.0 - coat.weight * albedo).max(0.0), tint)
     }
 
     /// Adds fibres; the share of what is left to what lies below.
@@ -117,14 +127,14 @@ impl<K: BsdfFeatures> Bsdf<K> {
         (1.0 - lobe.albedo().max_element() / weight).max(0.0)
     }
 
-    /// Adds the coat; what is left to what lies below, and the cosine of the view to it.
-    fn add_coat(&mut self, weight: f32, coat: &Coat) -> (f32, f32) {
+    /// Adds the coat; what it reflects of the light on it, and the cosine of the view to it.
+    fn add_coat(&mut self, weight: f32, coat: &Coat, rules: ShaderRules) -> (f32, f32) {
         let alpha = Alpha::isotropic(sqr(coat.roughness));
         let roughened = self.roughened(alpha);
         let facets = Facets::new(self.normals(), coat.normal, None, self.wo(), roughened);
         let cos = facets.cos();
         if !self.keeps_reflections() || cos <= 0.0 || coat.ior <= 1.0 {
-            return (weight, cos);
+            return (0.0, cos);
         }
         let f0 = fresnel::f0_from_ior(coat.ior);
         let average = f0 + (1.0 - f0) * fresnel::average_blend(coat.ior, f0);
@@ -133,7 +143,9 @@ impl<K: BsdfFeatures> Bsdf<K> {
             (!alpha.is_smooth()).then(|| Albedos::at(LutCoordinate::new(cos, coat.roughness)));
         let gain = albedos.map_or(Vec3::ONE, |all| all.compensation(reflectances[1]));
         let view = (cos, coat.roughness);
-        let albedo = layer_albedo(view, coat.ior, reflectances, albedos.as_ref());
+        // From 5.3 on the base does not see what masking takes of the coat's light.
+        let masked = albedos.as_ref().filter(|_| rules == ShaderRules::Before53);
+        let albedo = layer_albedo(view, (coat.ior, rules), reflectances, masked);
         let share = weight * coat.weight;
         let fresnel = Fresnel::Dielectric {
             f0: Vec3::splat(f0),
@@ -148,8 +160,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
             }),
             albedo * share,
         );
-        let left = 1.0 - coat.weight * albedo.max_element();
-        (weight * left.max(0.0), cos)
+        (albedo.max_element(), cos)
     }
 
     /// Adds the lobes of another BSDF, times a colour.
@@ -164,16 +175,14 @@ impl<K: BsdfFeatures> Bsdf<K> {
     }
 }
 
-/// The colour of what goes through the coat to the viewer: by its way in it, as Cycles has it.
+/// The colour of what goes through the coat to the viewer, where it is there: by its way in it, as Cycles has it.
 fn through(coat: &Coat, cos: f32) -> Vec3 {
     if coat.tint == Vec3::ONE {
         return Vec3::ONE;
     }
     let sine = (1.0 - sqr(cos)).max(0.0) / sqr(coat.ior.max(1.0));
     let way = 1.0 / (1.0 - sine).sqrt().max(1e-6);
-    Vec3::ONE
-        .lerp(coat.tint.powf(way), coat.weight)
-        .max(Vec3::ZERO)
+    coat.tint.powf(way)
 }
 
 #[cfg(test)]

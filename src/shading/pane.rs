@@ -9,14 +9,18 @@ use super::principled::Principled;
 use super::tables::{LutCoordinate, Reflection as Albedos};
 use super::thin_film::Film;
 use crate::math::sqr;
+use crate::scene::graph::ShaderRules;
 use glam::Vec3;
 
 /// By how much the slopes of a pane spread what goes through it: both sides of it (Kulla and Conty, *Revisiting Physically Based
 /// Shading at Imageworks*, 2017, p. 40; 3.4 is twice 1.7, as Cycles has it).
-fn spread(ior: f32) -> f32 {
-    (3.4 * (ior - 1.0) * sqr(ior - 0.5) / (ior * ior * ior))
-        .max(0.0)
-        .sqrt()
+fn spread(ior: f32, rules: ShaderRules) -> f32 {
+    let of_alpha = (3.4 * (ior - 1.0) * sqr(ior - 0.5) / (ior * ior * ior)).max(0.0);
+    match rules {
+        // The slides' root is for the perceptual roughness, but Cycles takes it for α.
+        ShaderRules::Before53 => of_alpha.sqrt(),
+        ShaderRules::Since53 => of_alpha,
+    }
 }
 
 /// What a pane reflects and lets through, with all that goes to and fro in it.
@@ -92,7 +96,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
         }
         if transmits {
             // glTF spreads what goes through as what is reflected.
-            let spread = if p.pane { spread(ior) } else { 1.0 };
+            let spread = if p.pane { spread(ior, p.rules) } else { 1.0 };
             let (behind, albedos) = facets((alpha * spread).min(1.0));
             let single = albedos.map_or(1.0, |a| a.directional);
             let lobe = Sheet {
@@ -115,7 +119,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
     pub(super) fn add_thin_subsurface(&mut self, weight: f32, p: &Principled, normal: Vec3) {
         let color = p.subsurface_color.min(Vec3::ONE) * weight;
         let behind = (0.5 * (1.0 + p.subsurface_anisotropy)).clamp(0.0, 1.0);
-        self.add_diffuse(1.0 - behind, color, 0.0, normal);
+        self.add_lambert(color * (1.0 - behind), normal);
         let color = color * behind;
         if color != Vec3::ZERO {
             self.add(Lobe::Translucent(Translucent { color, normal }), color);

@@ -14,7 +14,7 @@ use super::ggx::Alpha;
 use super::tables::{LutCoordinate, Reflection as Albedos, layer_albedo, metal_estimate};
 use super::thin_film::{Film, Filmed};
 use crate::math::sqr;
-use crate::scene::graph::{Distribution, Subsurface, WalkMethod};
+use crate::scene::graph::{Distribution, ShaderRules, Subsurface, WalkMethod};
 use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;
 
@@ -37,6 +37,8 @@ pub struct Principled {
     pub specular_color: Vec3,
     /// That tints the reflectance of metals at grazing angles, too.
     pub edge_tint: bool,
+    /// Whose version it follows.
+    pub rules: ShaderRules,
     /// Facets scatter once ("GGX"), without what further scatterings give back.
     pub once: bool,
     /// Share of transmission instead of diffusion.
@@ -61,7 +63,7 @@ pub struct Principled {
     pub skin_ior: f32,
     /// Roughness of the diffuse base, 0..=1.
     pub diffuse_roughness: f32,
-    /// How much longer highlights are along the tangent, 0..=1. What is transmitted has none of it.
+    /// How much longer highlights are along the tangent, 0..=1. What is transmitted has it from 5.3 on.
     pub anisotropy: f32,
     /// Turns of the tangent about the normal.
     pub anisotropy_rotation: f32,
@@ -81,6 +83,7 @@ impl Default for Principled {
             specular: 1.0,
             specular_color: Vec3::ONE,
             edge_tint: true,
+            rules: ShaderRules::default(),
             once: false,
             transmission: 0.0,
             thin_walled: false,
@@ -142,9 +145,9 @@ pub(super) fn principled_alpha(roughness: f32, anisotropy: f32) -> Alpha {
     ))
 }
 
-/// α along and across the tangent of Blender's Glossy BSDF; `anisotropy` −1..=1.
+/// α along and across the tangent of Blender's Glossy BSDF and, from 5.3 on, Glass BSDF; `anisotropy` −1..=1.
 #[inline]
-fn glossy_alpha(roughness: f32, anisotropy: f32) -> Alpha {
+pub(super) fn glossy_alpha(roughness: f32, anisotropy: f32) -> Alpha {
     let alpha = sqr(roughness);
     let a = anisotropy.clamp(-0.99, 0.99);
     if a.abs() <= 1e-4 {
@@ -262,7 +265,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
                         facets,
                         fresnel: metal,
                     },
-                    metal_estimate(&metal, cos, mean) * scattered,
+                    metal_estimate(&metal, (cos, mean), p.rules) * scattered,
                 );
             }
         }
@@ -272,15 +275,17 @@ impl<K: BsdfFeatures> Bsdf<K> {
             if p.thin_walled && (p.pane || p.film.is_there()) {
                 self.add_pane(share, p, ior, normal);
             } else {
-                // Anisotropy is of what reflects alone.
-                let clear = match tangent {
+                // Until 5.2 anisotropy is of what reflects alone.
+                let spread_alike = p.rules == ShaderRules::Before53 || p.thin_walled;
+                let unlike = tangent.filter(|_| spread_alike);
+                let clear = match unlike {
                     Some(_) => self.isotropic_facets(normal, sqr(p.roughness)),
                     None => facets,
                 };
                 let gain = if p.thin_walled {
                     Vec3::splat(1.0 / single_scattering())
                 } else {
-                    let place = match tangent {
+                    let place = match unlike {
                         Some(_) => place.map(|_| LutCoordinate::new(cos, p.roughness)),
                         None => place,
                     };
@@ -303,7 +308,8 @@ impl<K: BsdfFeatures> Bsdf<K> {
             let f0 = (p.specular_color * true_f0).min(Vec3::ONE);
             let average = f0 + (Vec3::ONE - f0) * fresnel::average_blend(eta, true_f0);
             let compensation = compensation(average);
-            let mut albedo = layer_albedo((cos, mean), eta, [f0, average], albedos.as_ref());
+            let mut albedo =
+                layer_albedo((cos, mean), (eta, p.rules), [f0, average], albedos.as_ref());
             if is_filmed {
                 let (filmed, share) = (Filmed::Dielectric(p.film, eta, f0), compensation * rest);
                 let scattered = share * single_scattering();
@@ -335,7 +341,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
             }
             rest *= 1.0 - p.subsurface;
         }
-        self.add_diffuse(rest, p.base_color, p.diffuse_roughness, normal);
+        self.add_diffuse(rest, p.base_color, (p.diffuse_roughness, p.rules), normal);
     }
 
     /// Adds the part of the base that goes on below the surface.
@@ -461,18 +467,30 @@ impl<K: BsdfFeatures> Bsdf<K> {
 
     /// Adds Blender's Diffuse BSDF, or a Principled BSDF's base.
     #[inline]
-    pub fn add_diffuse(&mut self, weight: f32, color: Vec3, roughness: f32, normal: Vec3) {
-        if K::FACETS && roughness >= rough_diffuse::LEAST_ROUGHNESS {
-            self.add_rough_diffuse(weight, color, roughness, normal);
+    pub fn add_diffuse(
+        &mut self,
+        weight: f32,
+        color: Vec3,
+        rough: (f32, ShaderRules),
+        normal: Vec3,
+    ) {
+        if K::FACETS && rough.0 >= rough_diffuse::LEAST_ROUGHNESS {
+            self.add_rough_diffuse(weight, color, rough, normal);
         } else {
             self.add_lambert(color * weight, normal);
         }
     }
 
     #[cold]
-    fn add_rough_diffuse(&mut self, weight: f32, color: Vec3, roughness: f32, normal: Vec3) {
+    fn add_rough_diffuse(
+        &mut self,
+        weight: f32,
+        color: Vec3,
+        rough: (f32, ShaderRules),
+        normal: Vec3,
+    ) {
         if weight > 0.0 && color != Vec3::ZERO {
-            let lobe = RoughDiffuse::new(Vec3::splat(weight), color, roughness, normal, self.wo());
+            let lobe = RoughDiffuse::new(Vec3::splat(weight), color, rough, normal, self.wo());
             self.add(Lobe::RoughDiffuse(lobe), lobe.albedo());
         }
     }

@@ -9,7 +9,7 @@ use super::closure::{
 use super::dielectrics::Dielectrics;
 use super::fresnel::{self, Fresnel};
 use super::ggx::Alpha;
-use super::principled::{principled_alpha, turned};
+use super::principled::{glossy_alpha, principled_alpha, turned};
 use super::program::{Evaluation, Place, Root, reflected};
 use super::spread::{Beckmann, Spread};
 use super::tables::{LutCoordinate, Reflection as Albedos, Solids, metal_estimate};
@@ -19,7 +19,7 @@ use crate::math::sqr;
 use crate::scene::graph::node::{
     glass, metallic, ray_portal, sheen, subsurface, toon, translucent,
 };
-use crate::scene::graph::{Distribution, SimpleBsdf};
+use crate::scene::graph::{Distribution, ShaderRules, SimpleBsdf};
 use glam::Vec3;
 
 /// A shader, ready to be read.
@@ -86,26 +86,26 @@ impl<K: BsdfFeatures> Bsdf<K> {
                         of,
                         at,
                         None,
-                        normal,
+                        frame,
                         (Lobe::BeckmannGlass, Lobe::BeckmannFilmGlass),
                     );
                 }
-                _ => self.add_glass(of, at, None, normal, (Lobe::Glass, Lobe::FilmGlass)),
+                _ => self.add_glass(of, at, None, frame, (Lobe::Glass, Lobe::FilmGlass)),
             },
-            SimpleBsdf::Glass { distribution } => match distribution {
+            SimpleBsdf::Glass { distribution, .. } => match distribution {
                 Distribution::Beckmann => {
                     self.add_glass(
                         of,
                         at,
                         Some(None),
-                        normal,
+                        frame,
                         (Lobe::BeckmannGlass, Lobe::BeckmannFilmGlass),
                     );
                 }
                 _ => {
                     let solid = tables.solid.as_ref();
                     let solid = solid.filter(|_| distribution == Distribution::MultiscatterGgx);
-                    self.add_glass(of, at, Some(solid), normal, (Lobe::Glass, Lobe::FilmGlass));
+                    self.add_glass(of, at, Some(solid), frame, (Lobe::Glass, Lobe::FilmGlass));
                 }
             },
             SimpleBsdf::Metallic { distribution, .. } => match distribution {
@@ -174,7 +174,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
         of: &SimpleValues<'_>,
         at: &mut Evaluation<'_, P>,
         reflection: Option<Option<&Solids>>,
-        normal: Vec3,
+        (normal, tangent): (Vec3, Option<Vec3>),
         (plain, filmed): Kinds<Glass<S>, Glass<S, Film>>,
     ) {
         let color = reflected(at.color(&of.sockets[glass::COLOR]));
@@ -189,14 +189,20 @@ impl<K: BsdfFeatures> Bsdf<K> {
         if of.other_side > 0.0 {
             ior /= of.other_side;
         }
-        let alpha = Alpha::isotropic(sqr(roughness));
+        let turns = at.number(&of.sockets[glass::ROTATION]);
+        let tangent = tangent.map(|t| turned(t, normal, turns));
+        let alpha = match tangent {
+            Some(_) => glossy_alpha(roughness, at.number(&of.sockets[glass::ANISOTROPY])),
+            None => Alpha::isotropic(sqr(roughness)),
+        };
         let roughened = self.roughened(alpha);
-        let facets = Facets::new(self.normals(), normal, None, self.wo(), roughened);
+        let facets = Facets::new(self.normals(), normal, tangent, self.wo(), roughened);
         let [reflects, transmits] = self.keeps_caustics();
         if facets.cos() <= 0.0 || !(transmits || reflects && reflection.is_some()) {
             return;
         }
-        let place = (!alpha.is_smooth()).then(|| LutCoordinate::new(facets.cos(), roughness));
+        let place =
+            (!alpha.is_smooth()).then(|| LutCoordinate::new(facets.cos(), alpha.mean_roughness()));
         let gain = match reflection.flatten().zip(place) {
             Some((solid, place)) => solid.compensation(place, (ior, self.is_inside()), color),
             None => Vec3::ONE,
@@ -282,7 +288,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
         let reflectance = if film.is_there() {
             Filmed::metal(film, &metal).reflectance(cos)
         } else {
-            metal_estimate(&metal, cos, alpha.mean_roughness())
+            metal_estimate(&metal, (cos, alpha.mean_roughness()), ShaderRules::Before53)
         };
         let albedo = reflectance * gain * (single * of.weight);
         let lobe = Reflection {

@@ -2,7 +2,7 @@
 
 use super::material::{Preparer, tables_of};
 use crate::scene::graph::node::{glass, principled};
-use crate::scene::graph::{Distribution, PrincipledSummary, SimpleBsdf};
+use crate::scene::graph::{Distribution, PrincipledSummary, ShaderRules, SimpleBsdf};
 use crate::scene::{Material, Scene};
 use crate::shading::dielectrics::Needs;
 use crate::shading::program::{Root, Shader, Weighted};
@@ -75,7 +75,10 @@ impl Preparer {
             Indices::One(greatest / beside)
         };
         // Images of floats may hold more than 1.
-        let rough = is_linked(principled::ROUGHNESS);
+        // With anisotropy the mean of both roughnesses is less where one of them ends at 1.
+        let rules = p.map_or(ShaderRules::default(), |p| p.rules);
+        let is_long = rules == ShaderRules::Since53 && p.is_some_and(|p| p.anisotropy > 0.0);
+        let rough = is_linked(principled::ROUGHNESS) || is_long;
         let roughness = p.map_or(1.0, |p| p.roughness.1);
         let rows = Rows::between(
             if rough { 0.0 } else { roughness },
@@ -88,7 +91,7 @@ impl Preparer {
         tables_of(Needs {
             solid: p.is_some_and(|p| self.needs_solid(p)).then_some(indices),
             rows,
-            estimate: self.estimate(),
+            estimate: self.estimate(rules),
         })
     }
 
@@ -122,13 +125,18 @@ impl Preparer {
 
     /// Tables of the solid of a Glass BSDF.
     fn simple(&self, bsdf: SimpleBsdf, sockets: &[Root], beside: f32) -> Arc<Dielectrics> {
-        let distribution = Distribution::MultiscatterGgx;
-        if bsdf != (SimpleBsdf::Glass { distribution }) {
+        let SimpleBsdf::Glass {
+            distribution: Distribution::MultiscatterGgx,
+            rules,
+        } = bsdf
+        else {
             return self.dielectrics(None, &[], 1.0);
-        }
+        };
         let number = |socket: usize| sockets[socket].constant().map(|c| c.x);
         let share = |socket: usize| number(socket).map(|c| c.clamp(0.0, 1.0));
-        let roughness = share(glass::ROUGHNESS);
+        // With anisotropy the mean of both roughnesses is less where one of them ends at 1.
+        let is_round = number(glass::ANISOTROPY) == Some(0.0);
+        let roughness = share(glass::ROUGHNESS).filter(|_| is_round);
         let indices = match number(glass::IOR) {
             Some(ior) => Indices::One(ior / beside),
             None => Indices::Between(0.0, ANY_INDEX / beside),
@@ -140,7 +148,7 @@ impl Preparer {
         tables_of(Needs {
             solid: Some(indices),
             rows,
-            estimate: self.estimate(),
+            estimate: self.estimate(rules),
         })
     }
 }
@@ -166,7 +174,8 @@ fn summary_of(base: &Principled, linked: &[(usize, Root)]) -> PrincipledSummary 
         ior: range(principled::IOR, base.ior, ANY_INDEX),
         specular: range(principled::SPECULAR_IOR_LEVEL, base.specular, 2.0),
         transmission: range(principled::TRANSMISSION_WEIGHT, base.transmission, 1.0),
-        disperses: base.dispersion > 0.0,
+        disperses: range(principled::DISPERSION, base.dispersion, 1.0).1 > 0.0,
         thin_wall: base.thin_walled,
+        rules: base.rules,
     }
 }

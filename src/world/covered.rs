@@ -29,7 +29,11 @@ pub(super) fn layers_at<P: Place>(
             roughness: at.number(roughness),
             tint: reflected(at.color(tint)),
         });
-    Layers { coat, fibres }
+    Layers {
+        coat,
+        fibres,
+        rules: roots.rules,
+    }
 }
 
 /// Emitted radiance at a place, of which layers keep a part by the angle of view, as in Cycles.

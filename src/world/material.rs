@@ -8,7 +8,7 @@ use crate::effects::{self, Effect};
 use crate::math::average;
 use crate::math::primaries::WorkingSpace;
 use crate::scene::graph::function::{PathDepth, PlaceInput};
-use crate::scene::graph::{Graph, TangentKind};
+use crate::scene::graph::{Graph, ShaderRules, TangentKind};
 use crate::scene::{ImageAlpha, ImageUse, Material, Scene, Texture};
 use crate::shading::dielectrics::{Key, Needs};
 use crate::shading::program::{
@@ -73,7 +73,7 @@ pub struct Preparer {
     rasters: HashMap<(u32, ImageAlpha), Arc<Raster>>,
     /// Surfaces may be made rougher than their materials say.
     roughens: bool,
-    /// What tables of solids hold.
+    /// What tables of solids hold, by the rules until 5.2.
     estimate: Estimate,
 }
 
@@ -109,9 +109,12 @@ impl Preparer {
         }
     }
 
-    /// What tables of solids hold.
-    pub(super) fn estimate(&self) -> Estimate {
-        self.estimate
+    /// What tables of a solid hold. From 5.3 on those of Cycles are right.
+    pub(super) fn estimate(&self, rules: ShaderRules) -> Estimate {
+        match rules {
+            ShaderRules::Before53 => self.estimate,
+            ShaderRules::Since53 => Estimate::Exact,
+        }
     }
 
     /// Whether surfaces may be made rougher than their materials say.
@@ -229,6 +232,7 @@ const MATTE: Principled = Principled {
     specular: 0.0,
     specular_color: Vec3::ONE,
     edge_tint: false,
+    rules: ShaderRules::Before53,
     once: false,
     pane: false,
     subsurface: 0.0,
@@ -421,10 +425,13 @@ impl PreparedMaterial {
                         }
                     }
                     Shader::Diffuse {
-                        color, roughness, ..
+                        color,
+                        roughness,
+                        rules,
+                        ..
                     } => {
                         let (color, roughness) = (reflected(at.color(color)), at.number(roughness));
-                        bsdf.add_diffuse(weight, color, roughness, normal);
+                        bsdf.add_diffuse(weight, color, (roughness, *rules), normal);
                     }
                     Shader::Simple {
                         bsdf: kind,

@@ -569,7 +569,7 @@ fn spectrum(scene: &Scene, materials: &[Arc<PreparedMaterial>]) -> Option<&'stat
 fn views(scene: &Scene, options: &Options, origin: DVec3) -> Option<Views> {
     let size = (options.aspect, options.rows);
     let wanted = options.vectors && scene.shutter.still;
-    wanted.then(|| Views::new(options.camera, size, origin))
+    wanted.then(|| Views::new(options.camera, size, origin, !scene.shutter.objects_alone))
 }
 
 /// What the light from all around tells passes of the scene's own, where those are shown.

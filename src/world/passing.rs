@@ -140,10 +140,12 @@ impl World {
         views.of_points([at(0.0), at(hit.time), at(1.0)])
     }
 
-    /// The same of what lies in a direction at infinity.
-    pub fn vectors_around(&self, direction: Vec3) -> [Vec2; 2] {
-        let views = self.views.as_ref();
-        views.map_or([Vec2::ZERO; 2], |views| views.of_direction(direction))
+    /// The same of what lies in a direction at infinity, if that counts.
+    pub fn vectors_around(&self, direction: Vec3) -> Option<[Vec2; 2]> {
+        match &self.views {
+            Some(views) => views.of_direction(direction),
+            None => Some([Vec2::ZERO; 2]),
+        }
     }
 
     /// Adds what the light from all around tells passes of the scene's own.

@@ -91,11 +91,15 @@ impl Frame {
 
 /// The picture at three times, for motion vectors: before, now and after.
 #[derive(Clone, Copy, Debug)]
-pub struct Views([View; 3]);
+pub struct Views {
+    at: [View; 3],
+    /// What lies at infinity moves, too.
+    around: bool,
+}
 
 impl Views {
-    /// Of a camera whose motion has its first step before and its last one after.
-    pub fn new(camera: &Camera, size: (f64, u32), origin: DVec3) -> Self {
+    /// Of a camera whose motion has its first step before and its last one after; `around`: what lies at infinity moves, too.
+    pub fn new(camera: &Camera, size: (f64, u32), origin: DVec3, around: bool) -> Self {
         let at = |last: bool| {
             let mut camera = camera.clone();
             if let Some(motion) = camera.motion.take() {
@@ -119,7 +123,10 @@ impl Views {
             }
             View::new(&camera, size, origin)
         };
-        Self([at(false), View::new(camera, size, origin), at(true)])
+        Self {
+            at: [at(false), View::new(camera, size, origin), at(true)],
+            around,
+        }
     }
 
     /// From now to before, and from after to now, in widths and heights of the picture, of something that is at three places.
@@ -129,13 +136,14 @@ impl Views {
         })
     }
 
-    /// The same of what lies in a direction at infinity.
-    pub fn of_direction(&self, direction: Vec3) -> [Vec2; 2] {
-        self.between(|view, _| view.frame.linear(view.camera.vector(direction)))
+    /// The same of what lies in a direction at infinity, if that counts.
+    pub fn of_direction(&self, direction: Vec3) -> Option<[Vec2; 2]> {
+        let moved = || self.between(|view, _| view.frame.linear(view.camera.vector(direction)));
+        self.around.then(moved)
     }
 
     fn between(&self, at: impl Fn(&View, usize) -> Vec3) -> [Vec2; 2] {
-        let place = |time: usize| at(&self.0[time], time).truncate();
+        let place = |time: usize| at(&self.at[time], time).truncate();
         let [before, now, after] = [place(0), place(1), place(2)];
         [before - now, now - after]
     }

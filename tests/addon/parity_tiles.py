@@ -34,6 +34,8 @@ NOT_SHOWN = {
     "Background": "of worlds alone",
     "ShaderToRGB": "of EEVEE alone",
     "EeveeSpecular": "of EEVEE alone",
+    **dict.fromkeys(("LightAccumulation", "LightEvaluation", "LightInfo", "ShadowRaycast"), "of EEVEE alone"),
+    **dict.fromkeys(("LightIterInternalInput", "LightIterInternalOutput"), "of EEVEE's zones"),
     "Squeeze": "of Blender before 2.8",
     # Cycles' light of them on a surface has no bound: it spoils the other rows of its picture.
     "BsdfHair": "of strands, not evaluated",

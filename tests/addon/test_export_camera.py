@@ -166,10 +166,11 @@ class Others(kit.ExportTest):
         render.resolution_x, render.resolution_y = 80, 40
         spot = bpy.data.lights.new("spot", "SPOT")
         spot.spot_size = 1.0
+        own = 35 if bpy.app.version >= (5, 3, 0) else 50
         for data, lens in (
-            (None, 50),
-            (bpy.data.meshes.new("mesh"), 50),
-            (bpy.data.curves.new("curve", "CURVE"), 50),
+            (None, own),
+            (bpy.data.meshes.new("mesh"), own),
+            (bpy.data.curves.new("curve", "CURVE"), own),
             (spot, 16 / math.tan(0.5)),
             (bpy.data.lights.new("point", "POINT"), 16 / math.tan(math.radians(22.5))),
         ):

@@ -21,6 +21,7 @@ NEEDS = {
     "Tangent": ("Anisotropic", "Anisotropy"),
     "Emission Color": "Emission Strength",
     "Thin Wall": "Transmission Weight",
+    "Transmission Dispersion": "Transmission Dispersion Scale",
 }
 # Sockets and settings that no picture by Cycles depends on.
 WITHOUT_EFFECT = {"Weight"}

@@ -378,6 +378,40 @@ class Parity(Beside):
         s.alone("metal", "BsdfPrincipled", Coat_Weight=1.0, Coat_Tint=RED, Metallic=1.0, **light)
         self.compare(s)
 
+    @unittest.skipUnless(bpy.app.version >= (5, 3, 0), "Blender has it from 5.3 on")
+    def test_glass_that_spreads_colors(self):
+        """Indices of refraction by wavelength: smooth and rough, weak and strong, of a part and in a mix; by a texture too."""
+        s = Shaders()
+        glass = {"Transmission_Weight": 1.0, "Transmission_Dispersion_Scale": 1.0}
+        for abbe in (60.0, 20.0, 5.0):
+            for roughness in (0.0, 0.3):
+                s.alone(f"abbe {abbe} {roughness}", "BsdfPrincipled", Roughness=roughness, Transmission_Dispersion_Abbe_Number=abbe, **glass)
+        s.alone("scaled", "BsdfPrincipled", Roughness=0.1, **{**glass, "Transmission_Dispersion_Scale": 0.4})
+        s.alone("by noise", "BsdfPrincipled", Roughness=0.1, **{**glass, "Transmission_Dispersion_Scale": "TexNoise"})
+        s.alone("no number", "BsdfPrincipled", Roughness=0.1, Transmission_Dispersion_Abbe_Number=0.0, **glass)
+        s.alone("part", "BsdfPrincipled", Roughness=0.1, Base_Color=GOLD, **{**glass, "Transmission_Weight": 0.5})
+        s.alone("tinted", "BsdfPrincipled", Roughness=0.2, Base_Color=BLUE, IOR=2.2, **glass)
+        s.mixed("mixed", 0.4, ("BsdfPrincipled", None, {"Roughness": 0.1, **glass}), ("BsdfDiffuse", None, {"Color": RED}))
+        self.SAMPLES = 2048
+        self.compare(s)
+
+    @unittest.skipUnless(bpy.app.version >= (5, 3, 0), "Blender has it from 5.3 on")
+    def test_glass_whose_facets_lie_one_way(self):
+        """Anisotropy of what goes through: of Glass BSDFs along and across the tangent, and of Principled ones."""
+        s = Shaders()
+        for distribution in ("GGX", "MULTI_GGX", "BECKMANN"):
+            for anisotropy in (0.6, -0.6):
+                inputs = {"Roughness": 0.4, "Anisotropy": anisotropy, "Rotation": 0.1}
+                s.alone(f"{distribution} {anisotropy}", "BsdfGlass", {"distribution": distribution}, **inputs)
+        s.alone("much", "BsdfGlass", Roughness=0.6, Anisotropy=0.8)
+        s.alone("by noise", "BsdfGlass", Roughness=0.5, Anisotropy="TexNoise")
+        for anisotropic in (0.5, 1.0):
+            inputs = {"Anisotropic": anisotropic, "Roughness": 0.5, "Anisotropic_Rotation": 0.2}
+            s.alone(f"principled {anisotropic}", "BsdfPrincipled", Transmission_Weight=1.0, **inputs)
+            s.alone(f"half {anisotropic}", "BsdfPrincipled", Transmission_Weight=0.5, Base_Color=GOLD, **inputs)
+        self.SAMPLES = 1024
+        self.compare(s)
+
     def test_floors_at_grazing_views(self):
         """What layers leave to their base, by the angle of view: a floor under a white sky."""
         bpy.ops.wm.read_factory_settings(use_empty=True)

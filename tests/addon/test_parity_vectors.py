@@ -10,7 +10,9 @@ import numpy
 import export_kit as kit
 from engine_kit import EngineTest
 
-WIDTH, HEIGHT, SAMPLES = 48, 32, 256
+# From 5.3 on the world counts as nothing: few samples say what edges have.
+OBJECTS_ALONE = bpy.app.version >= (5, 3, 0)
+WIDTH, HEIGHT, SAMPLES = 48, 32, 2048 if OBJECTS_ALONE else 256
 
 
 @unittest.skipUnless(bpy.app.version >= (5, 2, 0), "Cycles 4.5 leaves the world out: pixels at edges have the motion of what is before it")
@@ -56,9 +58,9 @@ class Vectors(EngineTest):
         ours, theirs = (passes["ViewLayer.Vector"].astype(float) for passes in found)
         self.assertEqual(ours.shape, theirs.shape)
         # At the edge of a fisheye's circle few samples see anything, or none.
-        is_round = self.scene.camera.data.type == "PANO"
-        self.assertLess(is_round * (ours.any(axis=-1) != theirs.any(axis=-1)).mean(), 0.01, name)
-        seen = (ours.any(axis=-1) & theirs.any(axis=-1)) if is_round else numpy.ones(ours.shape[:2], bool)
+        has_edges = self.scene.camera.data.type == "PANO" or OBJECTS_ALONE
+        self.assertLess(has_edges * (ours.any(axis=-1) != theirs.any(axis=-1)).mean(), 0.02 if OBJECTS_ALONE else 0.01, name)
+        seen = (ours.any(axis=-1) & theirs.any(axis=-1)) if has_edges else numpy.ones(ours.shape[:2], bool)
         ours, theirs = ours[seen], theirs[seen]
         mean = numpy.abs(ours.mean(axis=0) - theirs.mean(axis=0)).max() / numpy.abs(theirs).mean()
         relative = ((ours - theirs) ** 2 / (theirs**2 + 0.01)).mean()

@@ -113,7 +113,7 @@ class Causes(kit.ExportTest):
                 self.ball(self.glass(0.5))
                 lamp.visible_camera = False
                 lamp.visible_glossy, lamp.visible_transmission = glossy, transmission
-                ours, cycles = self.shown(512)
+                ours, cycles = self.shown(4096)
                 print(f"glass by a lamp seen by {glossy} {transmission}: {ours:.5f} {cycles:.5f}")
                 self.near(ours, cycles, 0.01)
 

@@ -39,7 +39,10 @@ def Camera "above" {{
     let mut scene = imported.scene;
     let floor = scene.meshes[0].material.unwrap();
     let mut graph = Graph::default();
-    let white = Node::new(NodeKind::DiffuseBsdf).with(diffuse::COLOR, [1.0; 3]);
+    let white = Node::new(NodeKind::DiffuseBsdf {
+        rules: Default::default(),
+    })
+    .with(diffuse::COLOR, [1.0; 3]);
     graph.surface = Some(graph.add(white));
     scene.materials[floor.0 as usize] = Material {
         name: "white".into(),

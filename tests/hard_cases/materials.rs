@@ -80,7 +80,15 @@ pub(super) fn left_to_base(p: &Principled, cos: f32) -> f64 {
     let average = f0 + (1.0 - f0) * fresnel::average_blend(p.ior, f0);
     let all = (p.roughness > 0.0).then(|| Reflection::at(LutCoordinate::new(cos, p.roughness)));
     let reflectances = [f0, average].map(Vec3::splat);
-    1.0 - f64::from(layer_albedo((cos, p.roughness), p.ior, reflectances, all.as_ref()).x)
+    1.0 - f64::from(
+        layer_albedo(
+            (cos, p.roughness),
+            (p.ior, p.rules),
+            reflectances,
+            all.as_ref(),
+        )
+        .x,
+    )
 }
 
 /// A view at a cosine over a plane.

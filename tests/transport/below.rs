@@ -42,6 +42,7 @@ fn skin() -> Material {
         pane: true,
         edge_tint: true,
         once: false,
+        rules: Default::default(),
         walk: Some(Subsurface {
             method: WalkMethod::Skin,
             diffuse_behind_diffuse: true,

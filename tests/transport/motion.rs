@@ -117,7 +117,7 @@ fn a_rolling_shutter_shears_what_passes() {
         scene.shutter = Shutter {
             curve: Vec::new(),
             rolling: Some(duration),
-            still: false,
+            ..Shutter::default()
         };
         let picture = run(&scene, &sharp(side, 1024, 0));
         for y in 0..side {

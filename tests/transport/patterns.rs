@@ -55,7 +55,10 @@ pub fn scene() -> Scene {
         let coordinates = graph.add(Node::new(coordinates));
         let pattern = Node::new(NodeKind::Function(Function::Texture(texture)));
         let pattern = graph.add(pattern.with(0, coordinates));
-        let surface = Node::new(NodeKind::DiffuseBsdf).with(diffuse::COLOR, pattern);
+        let surface = Node::new(NodeKind::DiffuseBsdf {
+            rules: Default::default(),
+        })
+        .with(diffuse::COLOR, pattern);
         graph.surface = Some(graph.add(surface));
         let material = Material {
             name: format!("pattern {number}"),

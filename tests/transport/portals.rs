@@ -84,7 +84,10 @@ pub fn scene() -> Scene {
     scene.lights.clear();
     let lamp = quad([-1.0, 1.8, -1.0], [2.0, 0.0, 0.0], [0.0, 0.0, 2.0]);
     place(&mut scene, lamp, shining(4.0), &[DAffine3::IDENTITY]);
-    let white = Node::new(NodeKind::DiffuseBsdf).with(diffuse_bsdf::COLOR, [0.6, 0.7, 0.8]);
+    let white = Node::new(NodeKind::DiffuseBsdf {
+        rules: Default::default(),
+    })
+    .with(diffuse_bsdf::COLOR, [0.6, 0.7, 0.8]);
     let elsewhere = portal([0.9, 0.8, 0.7], Some([0.2, 0.1, 1.2]), [0.3, 0.2, -1.0]);
     let wall = quad([-1.5, -0.9, -0.5], [1.4, 0.0, 0.0], [0.0, 1.6, 0.0]);
     place(
@@ -173,7 +176,10 @@ fn rays_do_not_go_round_for_ever() {
 /// What is half a portal and half white is white in a white furnace.
 #[test]
 fn a_mixture_with_a_portal_keeps_its_light() {
-    let white = Node::new(NodeKind::DiffuseBsdf).with(diffuse_bsdf::COLOR, 1.0);
+    let white = Node::new(NodeKind::DiffuseBsdf {
+        rules: Default::default(),
+    })
+    .with(diffuse_bsdf::COLOR, 1.0);
     let elsewhere = portal([1.0; 3], Some([0.0, -70.0, 0.0]), [0.0, -1.0, 0.0]);
     let mut scene = sheet(mixed(0.3, elsewhere, white));
     scene.environment = constant_environment(1.0);

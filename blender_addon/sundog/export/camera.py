@@ -4,6 +4,7 @@
 import math
 import types
 
+import bpy
 import numpy
 
 from .verdicts import APPROXIMATED, LOST
@@ -18,12 +19,12 @@ def picture_size(render):
 def settings_of(shown, findings):
     """The camera that the scene looks through: an object's own, or what Cycles takes where the object is none.
 
-    Measured in Cycles 4.5 and 5.0: 50 mm on a sensor of 36 mm, and clip planes at 1e-5 m and 1e5 m. Through a lamp the
+    Measured in Cycles 4.5 to 5.2: 50 mm on a sensor of 36 mm, and 35 mm in 5.3; clip planes at 1e-5 m and 1e5 m. Through a lamp the
     picture is as wide as a spot of its cone, by Blender's rule for such views: 16 mm / tan(half of the cone).
     """
     if shown.type == "CAMERA":
         return shown.data
-    lens = 50.0
+    lens = 35.0 if bpy.app.version >= (5, 3, 0) else 50.0
     if shown.type == "LIGHT":
         # Blender keeps a cone for every lamp, but shows only that of spots: 45° unless it was one before.
         cone = shown.data.spot_size if shown.data.type == "SPOT" else math.radians(45)

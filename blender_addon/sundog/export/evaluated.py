@@ -60,6 +60,10 @@ EVALUATED = {
     "ShaderNodeTexIES": ALL,
     # Numbers
     "ShaderNodeMath": ALL,
+    # Of Blender from 5.3 on.
+    "FunctionNodeIntegerMath": ALL,
+    "FunctionNodeBooleanMath": ALL,
+    "FunctionNodeGetVectorComponent": ALL,
     "ShaderNodeFloatCurve": ALL,
     "ShaderNodeMapRange": ALL,
     "ShaderNodeClamp": ALL,

@@ -9,7 +9,7 @@ import math
 import bpy
 
 from . import blackbody, colorspace, evaluated, images, object_info
-from .nodes import FILLING, HOLLOW, INLINED, MOST_NODES, VOLUMES, Place, SceneWide, not_finite, tree_of
+from .nodes import FILLING, HOLLOW, INLINED, MOST_NODES, TRUTHS, VOLUMES, Place, SceneWide, not_finite, tree_of
 
 # Whether graphs are written at all.
 ENABLED = True
@@ -122,6 +122,11 @@ def _through(kinds):
     if made is None and kinds[-1] in _NUMBERS and _WIDTHS.get(now, 1) > 1 and _WIDTHS[now] != _WIDTHS.get(kinds[0]):
         made = now
     return made
+
+
+def _becomes_truth(kinds):
+    """Whether a link makes true or false of its values: what is above 0, and vectors and colours that are not 0."""
+    return TRUTHS and kinds[0] != "BOOLEAN" and "BOOLEAN" in kinds[1:]
 
 
 def _part(value, output):
@@ -286,10 +291,13 @@ class Walk:
         # A colour where a shader is asked for shines.
         shines = socket.type == "SHADER"
         kind = "RGBA" if shines else socket.type
-        through = _through([*reversed(kinds), kind])
+        way = [*reversed(kinds), kind]
+        through = _through(way)
         if through == "nothing":
             return self._fixed(socket, found, self._along(0.0, ["VALUE", kind]))
         link = Link(self._use(place), found.identifier, through)
+        if _becomes_truth(way):
+            link = self._truth(Link(self._use(place), found.identifier), way[0])
         return self._made("ShaderNodeEmission", "Emission", {"Color": link, "Strength": 1.0}) if shines else link
 
     def _use(self, place):
@@ -321,9 +329,18 @@ class Walk:
         self._known[id(use)] = use
         return Link(use, output)
 
+    def _truth(self, link, kind):
+        """Whether a value of that type is true, as a number."""
+        if kind not in _NUMBERS:
+            link = self._made("ShaderNodeVectorMath", "Value", {"Vector": link}, {"operation": "LENGTH"})
+        return self._made("ShaderNodeMath", "Value", {"Value": link, "Value_001": 0.0}, {"operation": "GREATER_THAN", "use_clamp": False})
+
     def _along(self, constant, kinds):
         """A constant at the end of a link; None if its kind has no numbers."""
         value, kind = constant, kinds[0]
+        if _becomes_truth(kinds):
+            value = float(any(value[:3]) if isinstance(value, tuple) else value > 0)
+            kind, kinds = "BOOLEAN", [kinds[-1]]
         for wanted in [*(() if INLINED else kinds[1:-1]), kinds[-1]]:
             if wanted == "SHADER":
                 return _converted(value, kind, "RGBA")

@@ -379,9 +379,9 @@ def _alpha_of(image):
 
 
 def _multiplies(mode, start):
-    """Whether Cycles multiplies the colours of a file with its alpha: not those of grey with alpha, whatever is told."""
+    """Whether Cycles multiplies the colours of a file with its alpha: before 5.3 not those of grey with alpha, whatever is told."""
     kind = images.kind_of(start)
-    if kind == ".png" and start[25] == 4:
+    if kind == ".png" and start[25] == 4 and bpy.app.version < (5, 3, 0):
         return False
     if bpy.app.version >= (5, 1, 0):
         return mode == "STRAIGHT"

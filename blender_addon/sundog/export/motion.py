@@ -6,6 +6,7 @@ As in Cycles, lamps stand still, and so do materials, the world, focus and clip 
 
 import math
 
+import bpy
 import numpy
 
 from . import geometry
@@ -193,7 +194,8 @@ class Motion:
     def shutter(self):
         """SUNDOG_scene's `shutter`."""
         if self.still:
-            return {"still": True}
+            # From 5.3 on the pass holds no more how the world moves.
+            return {"still": True, "objects_alone": bpy.app.version >= (5, 3, 0)}
         result = {}
         mapping = self.scene.render.motion_blur_shutter_curve
         mapping.initialize()

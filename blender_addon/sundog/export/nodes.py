@@ -49,6 +49,8 @@ class Place:
 
 # From 5.0 on Blender makes one tree of all groups before Cycles reads it: what links through them lead to alone converts.
 INLINED = bpy.app.version >= (5, 0, 0)
+# From 5.3 on links into sockets for true and false say whether a value is above 0.
+TRUTHS = bpy.app.version >= (5, 3, 0)
 
 
 # What the walker stops at only where nothing comes out.
@@ -58,6 +60,10 @@ HOLLOW = {"GROUP", "GROUP_INPUT", "REROUTE"}
 ABSENT = {
     "SHADERTORGB": "Shader to RGB is a node of EEVEE's",
     "EEVEE_SPECULAR": "Specular BSDF is a node of EEVEE's",
+    "LIGHT_ACCUMULATION": "Light Accumulation is a node of EEVEE's",
+    "LIGHT_EVALUATION": "Light Evaluation is a node of EEVEE's",
+    "LIGHT_INFO": "Light Info is a node of EEVEE's",
+    "SHADOW_RAYCAST": "Shadow Raycast is a node of EEVEE's",
     "SCRIPT": "Script is a node of Open Shading Language, which is off",
 }
 

@@ -280,6 +280,8 @@ class Reader:
         if "coat" in others and self._has_own_normal(source):
             self.note(APPROXIMATED, "the coat has the normals of what it lies on instead of its own", "coat")
         others.update(self._anisotropy(source, "Anisotropic", "Anisotropic Rotation"))
+        if self._number(source, "Transmission Dispersion Scale") != 0:
+            self.note(LOST, "an index of refraction that depends on the wavelength is rendered as one that does not", "dispersion")
         others.update(self._thin_film(source))
         emission = multiply(self._scalar(source, "Emission Strength"), self._color(source, "Emission Color"))
         metallic, transmission, roughness = (self._scalar(source, n) for n in ("Metallic", "Transmission Weight", "Roughness"))
@@ -434,6 +436,8 @@ class Reader:
         )
 
     def _shader_bsdf_glass(self, source):
+        if self._number(source, "Anisotropy") != 0:
+            self.note(LOST, "the anisotropy of a Glass BSDF is left out", "anisotropy")
         color = self._color(source, "Color")
         if not (isinstance(color, Const) and numpy.allclose(color.value, 1)):
             # A Principled BSDF tints each passage by the square root of its colour, and reflections by the specular tint; but

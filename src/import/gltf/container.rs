@@ -15,7 +15,9 @@ use super::{draco, meshopt, words};
 use crate::import::ImportError;
 use crate::import::budget::Budget;
 use crate::import::error::{read_bytes, read_file};
+use crate::nodes::CyclesVersion;
 use crate::scene::Grid;
+use crate::scene::graph::ShaderRules;
 
 /// A parsed file: its JSON in three readings, and its buffers.
 pub(super) struct Document {
@@ -348,6 +350,14 @@ impl Document {
             .as_deref()?
             .strip_prefix("Khronos glTF Blender I/O v")?;
         rest.split('.').next()?.parse().ok()
+    }
+
+    /// The rules of shaders in the Blender whose version Sundog's add-on ran in; of other files those of before.
+    pub(super) fn shader_rules(&self, wanted: Option<CyclesVersion>) -> ShaderRules {
+        let generator = self.core.asset.generator.as_deref();
+        let told = generator.and_then(|g| g.strip_prefix("Sundog add-on for Blender "));
+        let version = wanted.or_else(|| told?.parse().ok());
+        version.map_or(ShaderRules::default(), ShaderRules::of)
     }
 
     /// Whether the file was made of what Cycles renders: by Blender's exporter or by Sundog's add-on.

@@ -10,7 +10,7 @@ use super::schema::{AnisotropyJson, BsdfJson, BsdfKindJson, CoatJson, SheenJson,
 use super::textures::Images;
 use super::words;
 use crate::scene::graph::{
-    Distribution, Input, Node, NodeKind, SimpleBsdf, SocketKind, TangentKind,
+    Distribution, Input, Node, NodeKind, ShaderRules, SimpleBsdf, SocketKind, TangentKind,
 };
 use crate::scene::{
     Anisotropy, Coat, CoatNormal, Diagnostics, Effect, MetallicRoughness, NormalTexture, Sheen,
@@ -179,7 +179,11 @@ fn sheen(
 }
 
 /// A shader of one lobe with what stands in its sockets.
-pub(super) fn simple(json: &BsdfJson, owner: &str, diagnostics: &mut Diagnostics) -> Node {
+pub(super) fn simple(
+    (json, rules): (&BsdfJson, ShaderRules),
+    owner: &str,
+    diagnostics: &mut Diagnostics,
+) -> Node {
     let distribution = if json.multiscatter {
         Distribution::MultiscatterGgx
     } else {
@@ -192,7 +196,10 @@ pub(super) fn simple(json: &BsdfJson, owner: &str, diagnostics: &mut Diagnostics
     let mut node = Node::new(NodeKind::Bsdf(match json.kind {
         BsdfKindJson::Translucent => SimpleBsdf::Translucent,
         BsdfKindJson::Refraction => SimpleBsdf::Refraction { distribution },
-        BsdfKindJson::Glass => SimpleBsdf::Glass { distribution },
+        BsdfKindJson::Glass => SimpleBsdf::Glass {
+            distribution,
+            rules,
+        },
         BsdfKindJson::Metallic => metallic(false),
         BsdfKindJson::Conductor => metallic(true),
         BsdfKindJson::Sheen => SimpleBsdf::Sheen { velvet: false },

@@ -73,6 +73,7 @@ pub(super) fn load_material(
     let mut material = MetallicRoughness {
         name,
         double_sided: source.double_sided,
+        rules: document.shader_rules(options.cycles),
         ..MetallicRoughness::default()
     };
     let known = source.extensions.as_ref();
@@ -298,7 +299,8 @@ fn apply_sundog(
         .anisotropy
         .as_ref()
         .map(layers::blender_anisotropy);
-    let simple = |bsdf| Box::new(layers::simple(bsdf, owner, diagnostics));
+    let rules = material.rules;
+    let simple = |bsdf| Box::new(layers::simple((bsdf, rules), owner, diagnostics));
     material.simple = extension.bsdf.as_ref().map(simple);
     material.coat = extension.coat.as_ref().map(layers::blender_coat);
     material.thin_film = extension.thin_film.as_ref().map(|f| [f.thickness, f.ior]);

@@ -54,6 +54,7 @@ pub(super) fn apply(
             curve: shutter.curve.clone(),
             rolling: shutter.rolling,
             still: shutter.still,
+            objects_alone: shutter.objects_alone,
         };
     }
     for aov in &extension.aovs {

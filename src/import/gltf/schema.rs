@@ -71,6 +71,8 @@ pub(super) struct ShutterJson {
     pub rolling: Option<f32>,
     #[serde(default)]
     pub still: bool,
+    #[serde(default)]
+    pub objects_alone: bool,
     #[serde(flatten)]
     pub unknown: Map<String, Value>,
 }

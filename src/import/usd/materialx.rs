@@ -7,7 +7,9 @@ use super::source::View;
 use crate::nodes::math::Math;
 use crate::nodes::vector_math::VectorMath;
 use crate::scene::graph::node::{emission, principled};
-use crate::scene::graph::{Input, Link, Node, NodeKind, Subsurface, TangentKind, WalkMethod};
+use crate::scene::graph::{
+    Input, Link, Node, NodeKind, ShaderRules, Subsurface, TangentKind, WalkMethod,
+};
 
 /// The names by which a surface calls the inputs of a Principled BSDF, and its own fallbacks.
 struct Names {
@@ -187,6 +189,7 @@ fn principled_of(network: &mut Network, shader: &View, names: &Names) -> Link {
         edge_tint: true,
         once: false,
         walk,
+        rules: ShaderRules::default(),
     });
     if !subsurface.is(0.0) {
         let color = network.input_or(shader, names.subsurface_color, Term::color([0.8; 3]));

@@ -11,6 +11,7 @@ use crate::scene::graph::function::PlaceInput;
 use crate::scene::graph::node::{image_texture, math, mix_shader, normal_map, principled};
 use crate::scene::graph::{
     Function, Graph, ImageProjection, Input, Link, MathOperation, Node, NodeKind, NormalSpace,
+    ShaderRules,
 };
 use crate::scene::{ImageUse, Sampler, Texture, TextureFilter, Verdict, Wrap};
 
@@ -25,6 +26,7 @@ pub(super) fn principled() -> Node {
         edge_tint: true,
         once: false,
         walk: None,
+        rules: ShaderRules::default(),
     })
 }
 

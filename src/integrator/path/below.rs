@@ -179,7 +179,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             surface.inside,
             Changes::NONE,
         );
-        bsdf.add_diffuse(1.0, Vec3::ONE, 0.0, normal);
+        bsdf.add_lambert(Vec3::ONE, normal);
         bsdf.finish();
         self.receive(hit, surface.point.point, bsdf.receiving());
         let past = self.past();

@@ -1,6 +1,6 @@
 //! Graphs without what changes nothing: constants are folded, branches that are not seen are gone.
 
-use super::node::{LAYERS, glossy, math, metallic, mix, mix_shader, normal_map, principled};
+use super::node::{LAYERS, glass, glossy, math, metallic, mix, mix_shader, normal_map, principled};
 use super::{
     Blend, Facts, Graph, Input, Lane, Link, MathOperation, Node, NodeKind, Range, SimpleBsdf,
     SocketKind, Unit,
@@ -133,6 +133,7 @@ fn cut_tangent(graph: &mut Graph, at: usize) {
     let [tangent, rotation] = match node.kind {
         NodeKind::PrincipledBsdf { .. } => [principled::TANGENT, principled::ANISOTROPIC_ROTATION],
         NodeKind::GlossyBsdf { .. } => [glossy::TANGENT, glossy::ROTATION],
+        NodeKind::Bsdf(SimpleBsdf::Glass { .. }) => [glass::TANGENT, glass::ROTATION],
         NodeKind::Bsdf(SimpleBsdf::Metallic { .. }) => [metallic::TANGENT, metallic::ROTATION],
         _ => return,
     };

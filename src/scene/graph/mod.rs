@@ -24,7 +24,7 @@ pub use node::{
     Socket, SocketKind, TangentKind,
 };
 pub use range::{Facts, Range, Unit};
-pub use shaders::{PhaseKind, SimpleBsdf, Subsurface, VolumeShader, WalkMethod};
+pub use shaders::{PhaseKind, ShaderRules, SimpleBsdf, Subsurface, VolumeShader, WalkMethod};
 pub use summary::{Opacity, PrincipledSummary, Slot, SolidIndex, Summary};
 
 use super::material::Texture;
@@ -119,6 +119,9 @@ impl Node {
                 Some((node::principled::ANISOTROPIC, node::principled::TANGENT))
             }
             NodeKind::GlossyBsdf { .. } => Some((node::glossy::ANISOTROPY, node::glossy::TANGENT)),
+            NodeKind::Bsdf(SimpleBsdf::Glass { .. }) => {
+                Some((node::glass::ANISOTROPY, node::glass::TANGENT))
+            }
             NodeKind::Bsdf(SimpleBsdf::Metallic { .. }) => {
                 Some((node::metallic::ANISOTROPY, node::metallic::TANGENT))
             }

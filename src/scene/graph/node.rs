@@ -4,7 +4,7 @@
 
 use super::super::material::{ImageUse, Texture};
 use super::function::Function;
-use super::shaders::{SimpleBsdf, Subsurface, VolumeShader};
+use super::shaders::{ShaderRules, SimpleBsdf, Subsurface, VolumeShader};
 
 /// What an input takes, or an output gives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -232,6 +232,9 @@ sockets! {
         THIN_FILM_THICKNESS: Float "Thin Film Thickness" = [0.0; 3], Legal::positive(0.0);
         THIN_FILM_IOR: Float "Thin Film IOR" = [1.33; 3], Legal::within(1e-5, 1e4, 1.33);
         NORMAL: Normal "Normal" = [0.0; 3], Legal::ANY;
+        ANISOTROPY: Float "Anisotropy" = [0.0; 3], Legal::within(-1.0, 1.0, 0.0);
+        ROTATION: Float "Rotation" = [0.0; 3], Legal::ANY;
+        TANGENT: Normal "Tangent" = [0.0; 3], Legal::ANY;
     }
 }
 sockets! {
@@ -535,9 +538,14 @@ pub enum NodeKind {
         once: bool,
         /// How light goes on below its surface, where it does not come out on both sides as from a sheet.
         walk: Option<Subsurface>,
+        /// Whose version it follows.
+        rules: ShaderRules,
     },
     /// Diffuse reflection.
-    DiffuseBsdf,
+    DiffuseBsdf {
+        /// Whose version it follows where it is rough.
+        rules: ShaderRules,
+    },
     /// Reflection by facets.
     GlossyBsdf {
         /// Their spread.
@@ -599,7 +607,7 @@ impl NodeKind {
             Self::NormalMap { .. } => normal_map::SOCKETS,
             Self::Tangent { .. } => tangent::SOCKETS,
             Self::PrincipledBsdf { .. } => principled::SOCKETS,
-            Self::DiffuseBsdf => diffuse::SOCKETS,
+            Self::DiffuseBsdf { .. } => diffuse::SOCKETS,
             Self::GlossyBsdf { .. } => glossy::SOCKETS,
             Self::Bsdf(bsdf) => bsdf.sockets(),
             Self::TransparentBsdf => transparent::SOCKETS,
@@ -627,7 +635,7 @@ impl NodeKind {
             Self::MixColor { .. } => &[(Color, Lane::Rgb)],
             Self::NormalMap { .. } | Self::Tangent { .. } => &[(Normal, Lane::Rgb)],
             Self::PrincipledBsdf { .. }
-            | Self::DiffuseBsdf
+            | Self::DiffuseBsdf { .. }
             | Self::GlossyBsdf { .. }
             | Self::Bsdf(_)
             | Self::TransparentBsdf

@@ -3,6 +3,29 @@
 use super::node::{Distribution, Socket};
 use super::node::{glass, metallic, ray_portal, sheen, subsurface, toon, translucent};
 use super::node::{principled_volume, volume_absorption, volume_coefficients, volume_scatter};
+use crate::nodes::CyclesVersion;
+
+/// The rules of Blender's shaders where 5.3 has changed them: rough diffusion, coats that cover a part, rough panes, and
+/// whether a Principled BSDF's anisotropy is of what goes through it, too.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ShaderRules {
+    /// Those until 5.2, and of files that are not Blender's.
+    #[default]
+    Before53,
+    /// Those from 5.3 on.
+    Since53,
+}
+
+impl ShaderRules {
+    /// Those of a version.
+    pub fn of(version: CyclesVersion) -> Self {
+        if version < CyclesVersion::new(5, 3) {
+            Self::Before53
+        } else {
+            Self::Since53
+        }
+    }
+}
 
 /// Shaders of one lobe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,6 +41,8 @@ pub enum SimpleBsdf {
     Glass {
         /// The spread of the facets.
         distribution: Distribution,
+        /// Whose version it follows.
+        rules: ShaderRules,
     },
     /// A metal.
     Metallic {

@@ -2,7 +2,9 @@
 
 use super::super::Effect;
 use super::node::{diffuse, emission, glass, glossy, math, mix_shader, principled, transparent};
-use super::{Graph, Input, Link, MathOperation, NodeKind, Range, SimpleBsdf, SocketKind, Unit};
+use super::{
+    Graph, Input, Link, MathOperation, NodeKind, Range, ShaderRules, SimpleBsdf, SocketKind, Unit,
+};
 use glam::Vec3;
 
 /// Sockets of shaders, by what users call the images in them.
@@ -86,6 +88,8 @@ pub struct PrincipledSummary {
     pub disperses: bool,
     /// Sheets instead of solids.
     pub thin_wall: bool,
+    /// Whose version it follows.
+    pub rules: ShaderRules,
 }
 
 impl PrincipledSummary {
@@ -200,8 +204,10 @@ fn slot(kind: &NodeKind, socket: usize, unlit: bool) -> Option<Slot> {
             principled::NORMAL | principled::TANGENT | principled::COAT_NORMAL => None,
             _ => Some(Slot::MetallicRoughness),
         },
-        NodeKind::DiffuseBsdf if socket == diffuse::COLOR => Some(Slot::BaseColor),
-        NodeKind::DiffuseBsdf if socket == diffuse::ROUGHNESS => Some(Slot::MetallicRoughness),
+        NodeKind::DiffuseBsdf { .. } if socket == diffuse::COLOR => Some(Slot::BaseColor),
+        NodeKind::DiffuseBsdf { .. } if socket == diffuse::ROUGHNESS => {
+            Some(Slot::MetallicRoughness)
+        }
         NodeKind::GlossyBsdf { .. } => match socket {
             glossy::COLOR => Some(Slot::BaseColor),
             glossy::NORMAL | glossy::TANGENT => None,
@@ -275,7 +281,7 @@ impl Graph {
             matches!(
                 kind,
                 NodeKind::PrincipledBsdf { .. }
-                    | NodeKind::DiffuseBsdf
+                    | NodeKind::DiffuseBsdf { .. }
                     | NodeKind::GlossyBsdf { .. }
                     | NodeKind::Bsdf(_)
             )
@@ -409,7 +415,10 @@ impl Graph {
             summary.has_film |= film.is_some_and(|socket| range(socket).number().1 > 0.0);
             match node.kind {
                 NodeKind::PrincipledBsdf {
-                    thin_wall, walk, ..
+                    thin_wall,
+                    walk,
+                    rules,
+                    ..
                 } => {
                     summary.emission +=
                         most(principled::EMISSION_COLOR) * most(principled::EMISSION_STRENGTH);
@@ -431,9 +440,10 @@ impl Graph {
                         transmission: range(principled::TRANSMISSION_WEIGHT).number(),
                         disperses: range(principled::DISPERSION).number().1 > 0.0,
                         thin_wall,
+                        rules,
                     });
                 }
-                NodeKind::DiffuseBsdf => {
+                NodeKind::DiffuseBsdf { .. } => {
                     summary.is_rough_diffuse |= range(diffuse::ROUGHNESS).number().1 > 0.0;
                     summary.diffuse.push(color(diffuse::COLOR));
                 }

@@ -303,6 +303,7 @@ impl Builder {
             once: false,
             pane: false,
             walk: None,
+            rules: m.rules,
         };
         let node = Node::new(kind)
             .with(principled::BASE_COLOR, base_color)

@@ -2,6 +2,7 @@
 
 use super::microfacet::{Facet, Facets, shares_of, transmitting_facet};
 use super::{LobeSample, LobeValue};
+use crate::scene::graph::ShaderRules;
 use crate::shading::spread::{Ggx, Spread};
 use crate::shading::tables::{self, facet_blend, refract};
 use crate::shading::thin_film::Film;
@@ -53,7 +54,7 @@ impl Glass {
     pub(super) fn colors(&self, albedo: Vec3) -> [Vec3; 2] {
         let facets = &self.facets;
         let view = (facets.cos(), facets.alpha().mean_roughness());
-        let blend = facet_blend(view, self.eta);
+        let blend = facet_blend(view, self.eta, ShaderRules::Before53);
         let reflectance = self.f0 + (Vec3::ONE - self.f0) * blend;
         let transmitted = self.weight * self.tint * (Vec3::ONE - reflectance);
         shares_of(

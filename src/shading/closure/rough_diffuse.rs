@@ -3,6 +3,7 @@
 
 use super::{LobeSample, LobeValue};
 use crate::math::{Frame, warp};
+use crate::scene::graph::ShaderRules;
 use crate::shading::normal;
 use glam::{Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, PI};
@@ -43,7 +44,13 @@ const GRAZING_GROOVE_ALBEDO: f32 = FRAC_PI_2 - 2.0 / 3.0;
 
 impl RoughDiffuse {
     /// For a roughness of 0..=1, seen from `wo`.
-    pub fn new(weight: Vec3, color: Vec3, roughness: f32, normal: Vec3, wo: Vec3) -> Self {
+    pub fn new(
+        weight: Vec3,
+        color: Vec3,
+        (roughness, rules): (f32, ShaderRules),
+        normal: Vec3,
+        wo: Vec3,
+    ) -> Self {
         let sigma = roughness.clamp(0.0, 1.0);
         let a = 1.0 / (PI + sigma * GRAZING_GROOVE_ALBEDO);
         let b = sigma * a;
@@ -58,10 +65,14 @@ impl RoughDiffuse {
         };
         let missing = lobe.missing_on_average();
         let scale = FRAC_1_PI * (1.0 - missing) / missing * lobe.missing(normal.dot(wo));
-        // The colour three times, as in Cycles (4 to 7 % less than the paper's two at a colour of 0.2 to 0.5, measured with 5.2.3).
-        // Two of them are 1 at most: colours above 1 come of images that are brightened.
+        // The paper has the colour twice, and Cycles until 5.2 three times: 4 to 7 % less at a colour of 0.2 to 0.5.
+        // All but one are 1 at most: colours above 1 come of images that are brightened.
         let kept = color.min(Vec3::ONE);
-        let further = color * kept * kept / (Vec3::ONE - kept * missing);
+        let again = match rules {
+            ShaderRules::Before53 => kept * kept,
+            ShaderRules::Since53 => kept,
+        };
+        let further = color * again / (Vec3::ONE - kept * missing);
         lobe.multiple = further * scale;
         lobe
     }

@@ -259,7 +259,7 @@ impl<'a, S: Source> Compiler<'a, S> {
                 direction: self.input(at, tangent::DIRECTION),
             },
             NodeKind::PrincipledBsdf { .. }
-            | NodeKind::DiffuseBsdf
+            | NodeKind::DiffuseBsdf { .. }
             | NodeKind::GlossyBsdf { .. }
             | NodeKind::Bsdf(_)
             | NodeKind::TransparentBsdf

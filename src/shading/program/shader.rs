@@ -6,11 +6,21 @@ use super::{
 };
 use crate::math::primaries::WorkingSpace;
 use crate::scene::graph::node::{diffuse, glossy, principled};
-use crate::scene::graph::{Graph, Input, Lane, NodeKind, SimpleBsdf, SocketKind, TangentKind};
+use crate::scene::graph::{
+    Graph, Input, Lane, Node, NodeKind, ShaderRules, SimpleBsdf, SocketKind, TangentKind,
+};
 use crate::shading::Principled;
 use crate::shading::thin_film::Film;
 use glam::Vec3;
 use std::cell::RefCell;
+
+/// Whose version a shader follows.
+fn rules_of(node: &Node) -> ShaderRules {
+    match node.kind {
+        NodeKind::PrincipledBsdf { rules, .. } | NodeKind::DiffuseBsdf { rules } => rules,
+        _ => ShaderRules::default(),
+    }
+}
 
 /// The numbers of a Principled BSDF; those of linked sockets are read at hits.
 fn principled_numbers(graph: &Graph, at: usize, space: WorkingSpace) -> Principled {
@@ -58,6 +68,7 @@ fn principled_numbers(graph: &Graph, at: usize, space: WorkingSpace) -> Principl
         subsurface_radius: color(principled::SUBSURFACE_RADIUS),
         subsurface_scale: color(principled::SUBSURFACE_SCALE).x,
         skin_ior: color(principled::SUBSURFACE_IOR).x,
+        rules: rules_of(node),
         once: matches!(node.kind, NodeKind::PrincipledBsdf { once: true, .. }),
         diffuse_roughness: color(principled::DIFFUSE_ROUGHNESS).x,
         anisotropy: color(principled::ANISOTROPIC).x,
@@ -66,13 +77,14 @@ fn principled_numbers(graph: &Graph, at: usize, space: WorkingSpace) -> Principl
 }
 
 /// Sockets that are read at hits, metallic first: what it hides is not read.
-const READ: [usize; 18] = [
+const READ: [usize; 19] = [
     principled::METALLIC,
     principled::BASE_COLOR,
     principled::ROUGHNESS,
     principled::ANISOTROPIC,
     principled::ANISOTROPIC_ROTATION,
     principled::IOR,
+    principled::DISPERSION,
     principled::SPECULAR_IOR_LEVEL,
     principled::SPECULAR_TINT,
     principled::TRANSMISSION_WEIGHT,
@@ -137,7 +149,8 @@ pub(super) fn layers<S: Source>(
         COAT_IOR, COAT_NORMAL, COAT_ROUGHNESS, COAT_TINT, COAT_WEIGHT, SHEEN_ROUGHNESS, SHEEN_TINT,
         SHEEN_WEIGHT,
     };
-    let inputs = &compiler.graph.nodes[at].inputs;
+    let node = &compiler.graph.nodes[at];
+    let (inputs, rules) = (&node.inputs, rules_of(node));
     let is_there = |weight: usize| inputs[weight] != Input::float(0.0);
     let (coated, has_fibres) = (is_there(COAT_WEIGHT), is_there(SHEEN_WEIGHT));
     let mut value = |socket: usize| root(compiler.input(at, socket));
@@ -150,7 +163,13 @@ pub(super) fn layers<S: Source>(
         normal,
     });
     let fibres = has_fibres.then(|| [SHEEN_WEIGHT, SHEEN_ROUGHNESS, SHEEN_TINT].map(&mut value));
-    (coated || has_fibres).then(|| Box::new(LayerRoots { coat, fibres }))
+    (coated || has_fibres).then(|| {
+        Box::new(LayerRoots {
+            coat,
+            fibres,
+            rules,
+        })
+    })
 }
 
 /// A shader of a graph; `None` of nodes that scatter nothing.
@@ -189,7 +208,8 @@ pub(super) fn shader<S: Source>(
                 layers,
             }
         }
-        NodeKind::DiffuseBsdf => Shader::Diffuse {
+        NodeKind::DiffuseBsdf { rules } => Shader::Diffuse {
+            rules,
             normal: vector(diffuse::NORMAL),
             color: value(diffuse::COLOR),
             roughness: value(diffuse::ROUGHNESS),
@@ -235,6 +255,7 @@ pub fn parameters<P: Place>(
             principled::THIN_FILM_IOR => p.film.ior = at.number(root).max(1e-5),
             _ if p.metallic >= 1.0 => {}
             principled::IOR => p.ior = at.number(root).max(1e-4),
+            principled::DISPERSION => p.dispersion = at.number(root).clamp(0.0, 1e4),
             principled::SPECULAR_IOR_LEVEL => p.specular = 2.0 * at.number(root).max(0.0),
             principled::SPECULAR_TINT => p.specular_color = reflected(at.color(root)),
             principled::TRANSMISSION_WEIGHT => p.transmission = share(at.number(root)),
@@ -271,6 +292,7 @@ pub(super) fn roots_of(weighted: &mut Weighted) -> Vec<&mut Root> {
             color,
             roughness,
             normal,
+            rules: _,
         } => {
             roots.extend([color, roughness]);
             roots.extend(normal);

@@ -1,7 +1,7 @@
 //! The shaders of a material, their sockets ready to be read.
 
 use super::Root;
-use crate::scene::graph::{Distribution, SimpleBsdf};
+use crate::scene::graph::{Distribution, ShaderRules, SimpleBsdf};
 use crate::shading::Principled;
 
 /// What a shader of a surface does, its sockets ready to be read.
@@ -28,6 +28,8 @@ pub enum Shader {
         roughness: Root,
         /// The normal map, if it has one.
         normal: Option<Root>,
+        /// Whose version it follows where it is rough.
+        rules: ShaderRules,
     },
     /// A Glossy BSDF.
     Glossy {
@@ -81,6 +83,8 @@ pub struct LayerRoots {
     pub coat: Option<CoatRoots>,
     /// Weight, roughness and tint of the fibres.
     pub fibres: Option<[Root; 3]>,
+    /// Whose version it follows.
+    pub rules: ShaderRules,
 }
 
 impl LayerRoots {

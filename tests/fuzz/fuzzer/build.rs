@@ -360,6 +360,7 @@ fn material(scene: &mut Scene, of: &Value) -> MetallicRoughness {
         emission: [f(of, "emission", 0.0); 3],
         emission_texture: None,
         ior: f(of, "ior", 1.5),
+        rules: Default::default(),
         dispersion: f(of, "dispersion", 0.0),
         specular: f(of, "specular", 1.0),
         specular_texture: texture(scene, "specular"),

@@ -552,7 +552,7 @@ fn a_portal_is_chosen_by_its_share_and_has_no_direction() {
         normal: Vec3::Z,
     };
     let mut bsdf: Bsdf = Bsdf::new(normals(Vec3::Z), direction(0.8), false, Changes::NONE);
-    bsdf.add_diffuse(0.5, Vec3::splat(0.6), 0.0, Vec3::Z);
+    bsdf.add_lambert(Vec3::splat(0.3), Vec3::Z);
     bsdf.add(Lobe::Portal(portal), portal.weight);
     bsdf.finish();
     assert!(bsdf.is_samplable());
@@ -579,7 +579,7 @@ fn a_portal_is_chosen_by_its_share_and_has_no_direction() {
 #[test]
 fn lights_that_some_rays_do_not_see_leave_lobes_out() {
     let mut bsdf: Bsdf = Bsdf::new(normals(Vec3::Z), direction(0.8), false, Changes::NONE);
-    bsdf.add_diffuse(0.5, Vec3::splat(0.6), 0.0, Vec3::Z);
+    bsdf.add_lambert(Vec3::splat(0.3), Vec3::Z);
     bsdf.add_glossy(
         0.3,
         Vec3::ONE,

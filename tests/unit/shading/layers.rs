@@ -14,6 +14,7 @@ fn coat(weight: f32, tint: Vec3) -> Layers {
     Layers {
         coat: Some(coat),
         fibres: None,
+        rules: ShaderRules::Before53,
     }
 }
 
@@ -51,6 +52,30 @@ fn light_from_below_a_coat_is_what_fresnel_leaves() {
     assert_eq!(nothing, Vec3::ONE);
 }
 
+/// From 5.3 on a coat that covers a part lets the rest's light by: what is covered gives the coat's light, and its own through it.
+#[test]
+fn coats_since_5_3_cover_a_part() {
+    let tint = Vec3::new(1.0, 0.5, 0.25);
+    for (weight, expected) in [
+        (1.0, tint * 0.75),
+        (0.4, Vec3::splat(0.6) + tint * 0.75 * 0.4),
+        (3.0, (Vec3::splat(-2.0) + tint * 0.75 * 3.0).max(Vec3::ZERO)),
+    ] {
+        let mut layers = coat(weight, tint);
+        layers.rules = ShaderRules::Since53;
+        if let Some(coat) = &mut layers.coat {
+            // A quarter is reflected straight on.
+            coat.ior = 3.0;
+        }
+        let found = layers.transmittance(Vec3::Z, Vec3::Z);
+        // The tables have 32 points.
+        assert!(
+            (found - expected).abs().max_element() < 1e-3,
+            "{weight}: {found} {expected}"
+        );
+    }
+}
+
 /// Fibres keep their albedo.
 #[test]
 fn light_from_below_fibres_is_what_their_albedo_leaves() {
@@ -62,6 +87,7 @@ fn light_from_below_fibres_is_what_their_albedo_leaves() {
     let layers = Layers {
         coat: None,
         fibres: Some(fibres),
+        rules: ShaderRules::Before53,
     };
     let wo = Vec3::new(0.8, 0.0, 0.6);
     let albedo = Sheen::new(fibres.tint * fibres.weight, 0.5, Vec3::Z, wo)

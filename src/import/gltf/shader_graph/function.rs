@@ -9,6 +9,7 @@ use crate::nodes::mix::BlendMode;
 use crate::nodes::range::RangeKind;
 use crate::nodes::vector::{Mapping, RotationAxis};
 use crate::nodes::vector_math::VectorMath;
+use crate::nodes::whole::{BooleanMath, IntegerMath};
 use crate::scene::RayKind;
 use crate::scene::graph::Function;
 use crate::scene::graph::function::{
@@ -164,6 +165,13 @@ pub(super) fn of(
                     .of_version(version),
             ))
         },
+        "FunctionNodeIntegerMath" => only(Function::IntegerMath(
+            node.named("operation", IntegerMath::from_name)?,
+        )),
+        "FunctionNodeBooleanMath" => only(Function::BooleanMath(
+            node.named("operation", BooleanMath::from_name)?,
+        )),
+        "FunctionNodeGetVectorComponent" => only(Function::VectorComponent),
         "Mix" => mix(node)?,
         "MixRGB" => Found {
             aliases: MIX_RGB,

@@ -3,6 +3,7 @@
 use super::{NodeJson, Reader, Refusal, SocketJson, Stop};
 use crate::import::gltf::image_spaces::Conversion;
 use crate::nodes::CyclesVersion;
+use crate::nodes::math::Math;
 use crate::nodes::vector_math::VectorMath;
 use crate::scene::graph::function::PlaceInput;
 use crate::scene::graph::node::{
@@ -10,7 +11,8 @@ use crate::scene::graph::node::{
 };
 use crate::scene::graph::{
     Distribution, Function, ImageProjection, Input, Link, MathOperation, Node, NodeKind,
-    NormalSpace, PhaseKind, SimpleBsdf, SocketKind, Subsurface, VolumeShader, WalkMethod,
+    NormalSpace, PhaseKind, ShaderRules, SimpleBsdf, SocketKind, Subsurface, VolumeShader,
+    WalkMethod,
 };
 use crate::scene::{
     ImageAlpha, ImageId, ImageUse, Sampler, Texture, TextureFilter, UvTransform, Wrap,
@@ -55,7 +57,13 @@ impl Reader<'_, '_, '_> {
                 let what = self.subsurface(node, "falloff")?;
                 self.add(at, NodeKind::Bsdf(SimpleBsdf::Subsurface(what)), &[])
             }
-            "BsdfDiffuse" => self.add(at, NodeKind::DiffuseBsdf, &[]),
+            "BsdfDiffuse" => self.add(
+                at,
+                NodeKind::DiffuseBsdf {
+                    rules: self.rules(),
+                },
+                &[],
+            ),
             "BsdfGlossy" | "BsdfAnisotropic" => {
                 let distribution = distribution(node)?;
                 self.add(at, NodeKind::GlossyBsdf { distribution }, &[])
@@ -75,7 +83,14 @@ impl Reader<'_, '_, '_> {
             }
             "BsdfGlass" => {
                 let distribution = distribution(node)?;
-                self.add(at, NodeKind::Bsdf(SimpleBsdf::Glass { distribution }), &[])
+                self.add(
+                    at,
+                    NodeKind::Bsdf(SimpleBsdf::Glass {
+                        distribution,
+                        rules: self.rules(),
+                    }),
+                    &[],
+                )
             }
             "BsdfMetallic" => {
                 let conductor = match text("fresnel_type") {
@@ -160,6 +175,11 @@ impl Reader<'_, '_, '_> {
         self.graph.nodes[link.node as usize].inputs[socket] = second.unwrap_or(Input::None);
     }
 
+    /// Those of the version that the tree is of.
+    fn rules(&self) -> ShaderRules {
+        ShaderRules::of(self.version)
+    }
+
     fn principled(&mut self, at: usize) -> Result<Link, Refusal> {
         let source = self.source;
         let node = &source.nodes[at];
@@ -181,9 +201,15 @@ impl Reader<'_, '_, '_> {
             } else {
                 None
             },
+            rules: self.rules(),
         };
+        // Nodes stand after those that they read.
+        let dispersion = self.dispersion(node);
         let mut shader = self.add(at, kind, &[]);
         let made = &mut self.graph.nodes[shader.node as usize];
+        if let Some(dispersion) = dispersion {
+            made.inputs[principled::DISPERSION] = dispersion;
+        }
         if scatters {
             made.inputs[principled::SUBSURFACE_COLOR] = made.inputs[principled::BASE_COLOR];
         }
@@ -205,6 +231,28 @@ impl Reader<'_, '_, '_> {
             shader = self.graph.add(mixed);
         }
         Ok(shader)
+    }
+
+    /// How much of a Principled BSDF's index depends on the wavelength: 20 over the Abbe number, times Blender's scale.
+    fn dispersion(&mut self, node: &NodeJson) -> Option<Input> {
+        let number = |name: &str| self.input(node, name, SocketKind::Float);
+        let scale = number("Transmission Dispersion Scale")?;
+        let abbe = number("Transmission Dispersion Abbe Number")?;
+        if scale == Input::float(0.0) {
+            return None;
+        }
+        let mut math = |operation: Math, clamp: bool, a: Input, b: f32| {
+            let mut node = Node::new(NodeKind::Function(Function::Math { operation, clamp }));
+            node.inputs[..2].copy_from_slice(&[a, Input::float(b)]);
+            self.graph.add(node)
+        };
+        let scale = math(Math::Multiply, true, scale, 1.0);
+        let scale = math(Math::Multiply, false, scale.into(), 20.0);
+        // No number of Abbe's is no dispersion, and one below 0 is as 0.
+        let abbe = math(Math::Maximum, false, abbe, 0.0);
+        let quotient = math(Math::Divide, false, scale.into(), 1.0);
+        self.graph.nodes[quotient.node as usize].inputs[1] = abbe.into();
+        Some(quotient.into())
     }
 
     pub(super) fn attribute(&mut self, at: usize) -> Result<Link, Stop> {

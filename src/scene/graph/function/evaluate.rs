@@ -8,6 +8,7 @@ use crate::nodes::math::Math;
 use crate::nodes::mix::BlendMode;
 use crate::nodes::radial_tiling::radial_tiling;
 use crate::nodes::range::{RangeKind, between};
+use crate::nodes::whole::whole;
 use glam::{Vec3, Vec4};
 
 fn clamped(value: f32, clamp: bool) -> f32 {
@@ -152,6 +153,19 @@ impl Function {
             Self::VectorMath(operation) => {
                 let (v, n) = operation.of(vector(0), vector(1), vector(2), number(3));
                 v.extend(n)
+            }
+            Self::IntegerMath(operation) => {
+                let [a, b, c] = [0, 1, 2].map(|socket| whole(number(socket)));
+                same(operation.of(a, b, c) as f32)
+            }
+            Self::BooleanMath(operation) => {
+                let [a, b] = [0, 1].map(|socket| whole(number(socket)) > 0);
+                same(f32::from(operation.of(a, b)))
+            }
+            Self::VectorComponent => {
+                let index = usize::try_from(whole(number(1))).unwrap_or(usize::MAX);
+                let all = vector(0).to_array();
+                same(all.get(index).copied().unwrap_or(0.0))
             }
             Self::MixFloat { clamp } => {
                 let t = clamped(number(0), *clamp);

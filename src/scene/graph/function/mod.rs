@@ -14,6 +14,7 @@ use crate::nodes::range::RangeKind;
 use crate::nodes::sky::Sky;
 use crate::nodes::vector::{Mapping, RotationAxis};
 use crate::nodes::vector_math::VectorMath;
+use crate::nodes::whole::{BooleanMath, IntegerMath};
 use crate::scene::RayKind;
 pub use evaluate::Sockets;
 pub use sockets::bump;
@@ -237,6 +238,12 @@ pub enum Function {
         /// The ends may be in any order.
         sorted: bool,
     },
+    /// Integer Math. Numbers beyond 2^24 are rounded to those that stand in 32 bits with a point.
+    IntegerMath(IntegerMath),
+    /// Boolean Math.
+    BooleanMath(BooleanMath),
+    /// Get Vector Component.
+    VectorComponent,
     /// Combine Color.
     CombineColor(ColorModel),
     /// Combine XYZ.
@@ -372,6 +379,9 @@ impl Function {
                 _ => &[(Vector, Lane::Xyz)],
             },
             Self::Math { .. }
+            | Self::IntegerMath(_)
+            | Self::BooleanMath(_)
+            | Self::VectorComponent
             | Self::MixFloat { .. }
             | Self::FloatCurve(_)
             | Self::MapRange { .. }

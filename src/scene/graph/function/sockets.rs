@@ -59,6 +59,17 @@ pub(super) fn of(function: &Function) -> &'static [Socket] {
                 ]
             }
         }
+        Function::IntegerMath(_) => {
+            const {
+                &[
+                    float("Value", 0.0),
+                    float("Value_001", 0.0),
+                    float("Value_002", 0.0),
+                ]
+            }
+        }
+        Function::BooleanMath(_) => const { &[float("Boolean", 0.0), float("Boolean_001", 0.0)] },
+        Function::VectorComponent => const { &[vector("Vector", [0.0; 3]), float("Index", 0.0)] },
         Function::VectorMath(_) => {
             const {
                 &[

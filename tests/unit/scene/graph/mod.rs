@@ -49,6 +49,7 @@ fn surface() -> Node {
         once: false,
         pane: false,
         walk: None,
+        rules: Default::default(),
     })
 }
 

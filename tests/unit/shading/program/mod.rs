@@ -268,7 +268,12 @@ fn mixes_and_sums_of_shaders_are_a_list_with_weights() {
     let mut graph = Graph::default();
     let alpha = graph.add(Node::new(NodeKind::ColorAttribute));
     let alpha = Link { output: 1, ..alpha };
-    let matte = graph.add(Node::new(NodeKind::DiffuseBsdf).with(diffuse::COLOR, [0.25; 3]));
+    let matte = graph.add(
+        Node::new(NodeKind::DiffuseBsdf {
+            rules: Default::default(),
+        })
+        .with(diffuse::COLOR, [0.25; 3]),
+    );
     let distribution = Distribution::Ggx;
     let shiny = Node::new(NodeKind::GlossyBsdf { distribution }).with(glossy::ROUGHNESS, 0.125);
     let shiny = graph.add(shiny);
@@ -336,6 +341,7 @@ fn programs_of_any_length_run_what_a_socket_needs_and_no_more() {
             once: false,
             pane: false,
             walk: None,
+            rules: Default::default(),
         })
         .with(principled::ROUGHNESS, sum)
         .with(principled::METALLIC, metal);
@@ -373,7 +379,10 @@ fn raised(undisplaced: Option<u32>) -> Programs {
     };
     let bump = Node::new(NodeKind::Function(bump)).with(function::bump::HEIGHT, height);
     let normal = graph.add(bump);
-    let matte = Node::new(NodeKind::DiffuseBsdf).with(diffuse::COLOR, height);
+    let matte = Node::new(NodeKind::DiffuseBsdf {
+        rules: Default::default(),
+    })
+    .with(diffuse::COLOR, height);
     graph.surface = Some(graph.add(matte.with(diffuse::NORMAL, normal)));
     compile(&graph, PLAIN, &mut Texels(Vec::new()))
 }

@@ -1,7 +1,7 @@
 use crate::import::{self, ImportOptions};
 use crate::nodes::VoronoiHash;
 use crate::scene::graph::function::ProceduralTexture;
-use crate::scene::graph::{Function, Input, NodeKind};
+use crate::scene::graph::{Function, Input, NodeKind, ShaderRules};
 use crate::scene::{Diagnostics, Scene};
 use serde_json::{Value, json};
 
@@ -63,7 +63,8 @@ fn trees_become_graphs() {
     let kinds = kinds(&scene);
     assert!(matches!(kinds[0], NodeKind::Function(Function::Place(_))));
     assert!(matches!(kinds[1], NodeKind::Function(Function::Mapping(_))));
-    assert!(kinds.contains(&&NodeKind::DiffuseBsdf));
+    let rules = ShaderRules::Before53;
+    assert!(kinds.contains(&&NodeKind::DiffuseBsdf { rules }));
     assert_eq!(kinds.last(), Some(&&NodeKind::MixShader));
 }
 
