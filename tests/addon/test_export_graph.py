@@ -232,8 +232,10 @@ class Structure(GraphTest):
 
     def test_every_node_of_the_table_can_be_written(self):
         # The Glossy BSDF has had another name since 4.0; some nodes went with 5.0.
+        # Those of functions are of geometry before 5.3.
         kinds = [k for k in evaluated.EVALUATED if k != "ShaderNodeBsdfGlossy" and hasattr(bpy.types, k)]
-        self.assertGreaterEqual(len(kinds), len(evaluated.EVALUATED) - 6)
+        kinds = [k for k in kinds if nodes.TRUTHS or not k.startswith("FunctionNode")]
+        self.assertGreaterEqual(len(kinds), len(evaluated.EVALUATED) - 9)
         for kind in kinds:
             tree, glow = self.tree(kind)
             tree.links.new(self.varying(tree), glow.inputs["Strength"])
@@ -297,6 +299,10 @@ class Structure(GraphTest):
         tree.links.new(second.outputs[0], first.inputs[0])
         tree.links.new(second.outputs[0], glow.inputs["Color"])
         found = self.export()
+        if nodes.INLINED:
+            # Blender makes a black surface of such trees: test_parity_inlined.py.
+            self.assertEqual(found.verdict("material", "m")["verdict"], "exact")
+            return
         self.assertEqual([n["type"] for n in self.graph_of(found)["nodes"]], ["ShaderNodeMath"] * 2 + ["ShaderNodeTexNoise", "ShaderNodeEmission"])
         self.assertEqual(found.verdict("material", "m")["verdict"], "approximated")
         self.assertEqual(found.verdict("material", "m")["detail"], nodes.CUT)

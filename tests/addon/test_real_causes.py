@@ -48,6 +48,7 @@ class Causes(kit.ExportTest):
     def glass(self, roughness, distribution="MULTI_GGX"):
         """A material with a Glass BSDF alone."""
         material = bpy.data.materials.new("glass")
+        material.use_nodes = True
         tree = material.node_tree
         tree.nodes.clear()
         shader, output = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("BsdfGlass", "OutputMaterial"))
@@ -158,6 +159,7 @@ class Causes(kit.ExportTest):
                 for made in list(bpy.data.meshes):
                     bpy.data.meshes.remove(made)
                 material = bpy.data.materials.new("rough")
+                material.use_nodes = True
                 tree = material.node_tree
                 tree.nodes.clear()
                 shader, output = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("BsdfDiffuse", "OutputMaterial"))

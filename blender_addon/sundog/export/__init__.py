@@ -7,6 +7,7 @@ Callable from a render thread: calls no operator and changes no data of the user
 import os
 import time
 
+from . import nodes
 from . import scene as scenes
 from .scene import ExportError
 from .verdicts import Verdicts
@@ -50,6 +51,8 @@ def write_scene(depsgraph, scene, folder, cache, *, report=None, move=None, view
         exporter.restore()
     timed("world", exporter.world)
     timed("file", exporter.finish)
+    # What Blender made of trees is kept no longer.
+    nodes.SceneWide.inlined = None
     timings["total"] = time.perf_counter() - started
     listed = verdicts.as_list()
     return ExportResult(exporter.path, listed, timings, exporter.changed_geometry)

@@ -13,7 +13,7 @@ import numpy
 from . import colorspace, evaluated, geometry, gltf, ies, images, object_info, skies
 from .baker import BakeError
 from .graph import Link, Walk
-from .nodes import CUT, Walker, not_in_cycles, tree_of
+from .nodes import CUT, Walker, name_of, not_in_cycles, tree_of
 from .stand_ins import TABLE_SIZE, in_other_words, short, table
 from .verdicts import APPROXIMATED, EXACT, LOST, Finding
 
@@ -119,7 +119,7 @@ class GraphWriter:
                 continue
             entry = {"type": use.node.bl_idname}
             if use.node.name:
-                entry["name"] = use.node.name
+                entry["name"] = name_of(use.node)
             properties = {**_plain(use.node), **self._properties(use, walk)}
             if properties:
                 entry["properties"] = properties

@@ -3,6 +3,7 @@
 
 import hashlib
 import math
+import re
 
 import bpy
 import numpy
@@ -73,10 +74,14 @@ class SceneWide:
     Occlusion without a distance of its own looks."""
 
     scripts, reach = False, 10.0
+    # While a scene is exported: the trees that Blender makes of those with zones, menus and the like, by what they belong to, with
+    # None where there is no need.
+    inlined = None
 
     @classmethod
     def of(cls, scene):
-        """That of a scene."""
+        """That of a scene, which is exported from now on."""
+        cls.inlined = {}
         cls.scripts = bool(getattr(getattr(scene, "cycles", None), "shading_system", False))
         cls.reach = scene.world.light_settings.distance if scene.world else 10.0
 
@@ -188,11 +193,54 @@ class Walker:
         return place
 
 
+# What is in trees beside shaders' own nodes, and is resolved or evaluated.
+_RESOLVED = {
+    "NodeReroute", "NodeGroupInput", "NodeGroupOutput", "NodeFrame",
+    "FunctionNodeIntegerMath", "FunctionNodeBooleanMath", "FunctionNodeGetVectorComponent",
+}  # fmt: skip
+
+
+def _asks_for_blender(tree):
+    """Whether a tree has what Blender alone resolves: menus, repeated zones, closures, bundles, texts, and links in a circle."""
+    open_trees, seen = [tree], set()
+    while open_trees:
+        tree = open_trees.pop()
+        if tree.as_pointer() in seen:
+            continue
+        seen.add(tree.as_pointer())
+        for node in tree.nodes:
+            if not node.bl_idname.startswith("ShaderNode") and node.bl_idname not in _RESOLVED:
+                return True
+            if node.type == "GROUP" and node.node_tree is not None:
+                open_trees.append(node.node_tree)
+        # Links to sockets that a node's settings switch off are not valid either.
+        if any(not link.is_valid and link.from_socket.enabled and link.to_socket.enabled for link in tree.links):
+            return True
+    return False
+
+
+def _inlined(data):
+    """The tree that Blender makes for Cycles, kept by what it belongs to; None where the tree's own nodes are all there is."""
+    if data.node_tree is None or not _asks_for_blender(data.node_tree):
+        return None
+    kinds = ((bpy.types.Material, "material"), (bpy.types.World, "world"), (bpy.types.Light, "light"))
+    of = next((getattr(bpy.types.InlineShaderNodes, f"from_{name}") for kind, name in kinds if isinstance(data, kind)), None)
+    return of and of(data)
+
+
 def tree_of(data):
     """The node tree that a material, light or world is shown by; None if its plain settings count."""
     # From 5.0 on materials and worlds always use their nodes, and asking warns.
-    always = bpy.app.version >= (5, 0, 0) and not isinstance(data, bpy.types.Light)
-    return data.node_tree if always or data.use_nodes else None
+    always = INLINED and not isinstance(data, bpy.types.Light)
+    if not (always or data.use_nodes):
+        return None
+    if not INLINED or SceneWide.inlined is None:
+        return data.node_tree
+    key = data.as_pointer(), data.name_full
+    if key not in SceneWide.inlined:
+        SceneWide.inlined[key] = _inlined(data)
+    found = SceneWide.inlined[key]
+    return data.node_tree if found is None else found.node_tree
 
 
 def not_in_cycles(label):
@@ -204,9 +252,15 @@ def not_in_cycles(label):
 CUT = "links that run in a circle are cut"
 
 
+def name_of(node):
+    """A node's name in its own tree: in those that Blender makes a number stands before it."""
+    is_inlined = getattr(node, "id_data", None) is not None and node.id_data.name.endswith(" Inlined")
+    return re.sub(r"^\d+_", "", node.name) if is_inlined else node.name
+
+
 def not_finite(socket):
     """What is told of a socket whose value is not finite."""
-    return f"\"{socket.name}\" of the node {socket.node.name} is not a number: 0 is used"
+    return f"\"{socket.name}\" of the node {name_of(socket.node)} is not a number: 0 is used"
 
 
 def default_value(socket):
