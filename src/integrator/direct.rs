@@ -1,7 +1,7 @@
 //! Next-event estimation: light of sampled lights at a surface.
 
 use super::accumulator::Accumulator;
-use super::path::{KernelBsdf, spawn_ray};
+use super::path::{KernelBsdf, spawn_light_ray, spawn_ray};
 use super::record::{Lit, Record, Step};
 use super::settings::PathSettings;
 use crate::effects::Features;
@@ -140,7 +140,7 @@ impl<E: Features> Vertex<'_, E> {
             sum.sink.step(|| step(None));
             return 0;
         }
-        let start = spawn_ray::<E>(world, settings, (hit, surface), light.wi, beyond);
+        let start = spawn_light_ray::<E>(world, settings, (hit, surface), light.wi, beyond);
         let Some(start) = start else {
             return 0;
         };

@@ -38,7 +38,7 @@ use crate::world::{
 use glam::{Vec2, Vec3};
 use std::marker::PhantomData;
 
-pub(super) use start::spawn_ray;
+pub(super) use start::{spawn_light_ray, spawn_ray};
 
 /// Tells the number of a path's wavelength from all others.
 const WAVELENGTH: u32 = 0x_7a3c_19e5;

@@ -37,3 +37,51 @@ pub fn lift(
     }
     entry.vector::<General>(lift)
 }
+
+/// From a point of a triangle to where Cycles starts rays to lights that graze it: along the normal between those of the corners.
+/// `side`: the triangle's normal on the side that the light is on. 0 where there are no normals.
+pub fn bulge(
+    (entry, mesh, triangle): (&MeshInstance, &MeshData, u32),
+    hit: &Hit,
+    side: Vec3,
+) -> Vec3 {
+    let Some(normals) = &mesh.normals else {
+        return Vec3::ZERO;
+    };
+    let at = entry.at(mesh, (triangle, hit.u, hit.v), Asking::along(Vec3::ZERO));
+    let normals = at
+        .corners
+        .map(|corner| Vec3::from(normals[corner as usize]));
+    let weights = Vec3::new(1.0 - hit.u - hit.v, hit.u, hit.v);
+    let normal = entry.vector::<General>(between(normals, weights));
+    let outward = normal.dot(side) > 0.0;
+    normal * height(mesh.corners(triangle), normals, weights, outward)
+}
+
+fn between(of: [Vec3; 3], weights: Vec3) -> Vec3 {
+    of[0] * weights.x + of[1] * weights.y + of[2] * weights.z
+}
+
+/// How far that is: to the nearest of the corners' tangent planes, or where the surface is hollow to the nearest of the parallel planes
+/// through the highest other corner; at least half the height of a parabola through the corners. `outward`: to the side of the
+/// normals; to the other it is below 0.
+fn height(corners: [Vec3; 3], normals: [Vec3; 3], weights: Vec3, outward: bool) -> f32 {
+    let point = between(corners, weights);
+    // How much the normals open along each edge.
+    let opens = |i: usize, k: usize| (normals[k] - normals[i]).dot(corners[k] - corners[i]);
+    let (ca, cb, ab) = (-opens(0, 2), -opens(1, 2), opens(0, 1));
+    let (u, v) = (weights.x, weights.y);
+    let parabola = ca * u * (u - 1.0) + (ca + cb + ab) * u * v + cb * v * (v - 1.0);
+    let sign = if outward { 1.0 } else { -1.0 };
+    let plane = |i: usize| {
+        let above = |to: Vec3| sign * (to - corners[i]).dot(normals[i]);
+        let most = above(corners[(i + 1) % 3]).max(above(corners[(i + 2) % 3]));
+        (most.max(0.0) - above(point)).max(0.0)
+    };
+    let least = plane(0).min(plane(1)).min(plane(2));
+    sign * least.max(0.5 * parabola * sign)
+}
+
+#[cfg(test)]
+#[path = "../../tests/unit/world/lift.rs"]
+mod tests;

@@ -450,6 +450,48 @@ impl World {
         self.ray_origin_over_horizon(hit, surface)
     }
 
+    /// Where a ray to a light starts: [`Self::ray_origin`], but in files from Blender as in Cycles, which starts those that graze
+    /// the triangle on a curved surface. Nothing looks whether the way there is free.
+    #[inline]
+    pub fn light_ray_origin<E: Features>(
+        &self,
+        hit: &Hit,
+        surface: &Surface,
+        wi: Vec3,
+        beyond: bool,
+    ) -> Option<Vec3> {
+        let normals = &surface.normals;
+        let side = if beyond {
+            -normals.geometric
+        } else {
+            normals.geometric
+        };
+        let grazing = grazing(wi.dot(side), wi.dot(normals.smooth).abs());
+        if !(E::CURVED && self.as_cycles) || grazing <= 0.0 || self.naive_terminator {
+            return self.ray_origin::<E>(hit, surface, wi, beyond);
+        }
+        self.curved_origin(hit, surface, side, grazing)
+            .or_else(|| self.ray_origin::<E>(hit, surface, wi, beyond))
+    }
+
+    /// Such a place on the curved surface; `None` where it is flat.
+    #[cold]
+    #[inline(never)]
+    fn curved_origin(
+        &self,
+        hit: &Hit,
+        surface: &Surface,
+        side: Vec3,
+        grazing: f32,
+    ) -> Option<Vec3> {
+        let mut moment = None;
+        let object = self.object_at::<General>(hit, &mut moment);
+        let bulge = lift::bulge(object, hit, side) * grazing;
+        // What is not above the error of the point is no height.
+        let is_curved = bulge.dot(side) > side.abs().dot(surface.point.error);
+        is_curved.then(|| float::ray_origin(surface.point, side) + bulge)
+    }
+
     /// For directions below the triangle, but above the curved surface that it stands for: from that surface, if the way
     /// to it is free (Hanika, *Hacking the Shadow Terminator*, Ray Tracing Gems II, ch. 4; there the way is not traced,
     /// and light leaks where something else is nearer than the curved surface).
@@ -577,6 +619,21 @@ fn aovs_around(scene: &Scene, options: &Options, origin: DVec3) -> Option<Shine>
     let graph = scene.world_aovs.as_ref().filter(|_| options.aovs)?;
     let view = View::new(options.camera, (options.aspect, options.rows), origin);
     Some(Shine::new(scene, graph, None, (origin, view)))
+}
+
+/// Cycles' Geometry Offset, as objects have it by default.
+const GEOMETRY_OFFSET: f32 = 0.1;
+
+/// How much of the way to the curved surface a ray to a light starts off its triangle, by its cosines to the triangle and to the
+/// smooth normal: nothing where neither grazes.
+#[inline]
+fn grazing(triangle: f32, smooth: f32) -> f32 {
+    let share = if smooth < GEOMETRY_OFFSET {
+        2.0 - (triangle + smooth) / GEOMETRY_OFFSET
+    } else {
+        1.0 - triangle / GEOMETRY_OFFSET
+    };
+    share.clamp(0.0, 1.0)
 }
 
 impl Around for World {

@@ -118,6 +118,31 @@ class Causes(kit.ExportTest):
                 print(f"glass by a lamp seen by {glossy} {transmission}: {ours:.5f} {cycles:.5f}")
                 self.near(ours, cycles, 0.01)
 
+    def test_coarse_balls_in_shells(self):
+        """A ball of few faces in shells that let half of the light through: shadow rays that graze a face start above it, past them."""
+        self.scene.world = None
+        half = bpy.data.materials.new("half")
+        half.use_nodes = True
+        tree = half.node_tree
+        tree.nodes.clear()
+        mix, clear, matte, output = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("MixShader", "BsdfTransparent", "BsdfDiffuse", "OutputMaterial"))
+        for number, shader in enumerate((clear, matte)):
+            tree.links.new(shader.outputs[0], mix.inputs[number + 1])
+        tree.links.new(mix.outputs[0], output.inputs["Surface"])
+        for radius, material in ((1, kit.material("ball")), (1.005, half), (1.01, half)):
+            bpy.ops.mesh.primitive_uv_sphere_add(segments=24, ring_count=12, radius=radius)
+            bpy.context.object.data.shade_smooth()
+            bpy.context.object.data.materials.append(material)
+        sun = bpy.data.lights.new("sun", "SUN")
+        sun.energy, sun.angle = 3, 0.01
+        self.link("sun", sun, rotation_euler=(0, 1.35, 0))
+        # Its terminator.
+        self.camera.location, self.camera.rotation_euler = (-0.1, 0, 9), (0, 0, 0)
+        self.camera.data.type, self.camera.data.ortho_scale = "ORTHO", 0.3
+        ours, cycles = self.shown(4096)
+        print(f"coarse balls in shells: {ours:.5f} {cycles:.5f} {ours / cycles - 1:+.2%}")
+        self.near(ours, cycles, 0.01)
+
     def test_rough_glass_from_within(self):
         """Cycles' table of what rough glass scatters counts too much inside: at grazing angles it gets dark."""
         for cosine in (0.9, 0.5, 0.2):

@@ -153,6 +153,9 @@ def describe(world, cache, document, findings, report=None, pixel=None, as_tree=
                 # A colour would get no light samples: Cycles takes them of all that has a texture.
                 result["image"] = document.uri(_white(cache))
             return result
+        written = _coded(world, used[0].texture.image, (document, cache, report)) if as_tree else None
+        if written is not None:
+            return {**result, "color": [1.0, 1.0, 1.0], **written}
         path = environment_file(used[0].texture.image, cache)
         result["image"] = document.uri(path)
         rotation = used[0].texture.transform
@@ -163,11 +166,7 @@ def describe(world, cache, document, findings, report=None, pixel=None, as_tree=
     if as_tree and graph.ENABLED:
         written, why_not = graph_write.emitting(world, evaluated.WORLD, document, cache, findings, report)
     if written is not None:
-        result["shader_graph"] = written
-        resolution = _resolution(world)
-        if resolution:
-            result["sampling"] = {"resolution": resolution}
-        return result
+        return {**result, **_as_tree(world, written)}
     if why_not:
         findings.append((EXACT, f"its nodes are not evaluated as they are because of: {why_not}"))
     try:
@@ -183,6 +182,23 @@ def describe(world, cache, document, findings, report=None, pixel=None, as_tree=
     if sun:
         result["sun"] = sun
     return result
+
+
+def _as_tree(world, written):
+    """What SUNDOG_scene's world says of a node tree."""
+    resolution = _resolution(world)
+    return {"shader_graph": written, **({"sampling": {"resolution": resolution}} if resolution else {})}
+
+
+def _coded(world, image, place):
+    """The tree of a world that is a picture of coded numbers: between them Cycles takes their mean before it decodes it. None of
+    another, whose plain picture shows the same."""
+    if not graph.ENABLED or image.is_float or image.colorspace_settings.name != "sRGB":
+        return None
+    document, cache, report = place
+    findings = []
+    written, _ = graph_write.emitting(world, evaluated.WORLD, document, cache, findings, report)
+    return None if written is None or findings else _as_tree(world, written)
 
 
 def _resolution(world):

@@ -18,9 +18,27 @@ pub(in crate::integrator) fn spawn_ray<E: Features>(
     beyond: bool,
 ) -> Option<Vec3> {
     if E::EVERYTHING && settings.naive_offsets {
-        let normal = surface.normals.geometric;
-        let offset = normal * NAIVE_OFFSET.copysign(direction.dot(normal));
-        return Some(surface.point.point + offset);
+        return Some(naive(surface, direction));
     }
     world.ray_origin::<E>(hit, surface, direction, beyond)
+}
+
+/// The same of a ray to a light.
+#[inline]
+pub(in crate::integrator) fn spawn_light_ray<E: Features>(
+    world: &World,
+    settings: &PathSettings,
+    (hit, surface): (&Hit, &Surface),
+    direction: Vec3,
+    beyond: bool,
+) -> Option<Vec3> {
+    if E::EVERYTHING && settings.naive_offsets {
+        return Some(naive(surface, direction));
+    }
+    world.light_ray_origin::<E>(hit, surface, direction, beyond)
+}
+
+fn naive(surface: &Surface, direction: Vec3) -> Vec3 {
+    let normal = surface.normals.geometric;
+    surface.point.point + normal * NAIVE_OFFSET.copysign(direction.dot(normal))
 }
