@@ -17,10 +17,8 @@ pub(in crate::integrator) fn spawn_ray<E: Features>(
     direction: Vec3,
     beyond: bool,
 ) -> Option<Vec3> {
-    if E::EVERYTHING && settings.naive_offsets {
-        return Some(naive(surface, direction));
-    }
-    world.ray_origin::<E>(hit, surface, direction, beyond)
+    naive::<E>(settings, surface, direction)
+        .or_else(|| world.ray_origin::<E>(hit, surface, direction, beyond))
 }
 
 /// The same of a ray to a light.
@@ -32,13 +30,15 @@ pub(in crate::integrator) fn spawn_light_ray<E: Features>(
     direction: Vec3,
     beyond: bool,
 ) -> Option<Vec3> {
-    if E::EVERYTHING && settings.naive_offsets {
-        return Some(naive(surface, direction));
-    }
-    world.light_ray_origin::<E>(hit, surface, direction, beyond)
+    naive::<E>(settings, surface, direction)
+        .or_else(|| world.light_ray_origin::<E>(hit, surface, direction, beyond))
 }
 
-fn naive(surface: &Surface, direction: Vec3) -> Vec3 {
-    let normal = surface.normals.geometric;
-    surface.point.point + normal * NAIVE_OFFSET.copysign(direction.dot(normal))
+/// Where toy renderers start it, if that is asked for.
+#[inline(always)]
+fn naive<E: Features>(settings: &PathSettings, surface: &Surface, direction: Vec3) -> Option<Vec3> {
+    (E::EVERYTHING && settings.naive_offsets).then(|| {
+        let normal = surface.normals.geometric;
+        surface.point.point + normal * NAIVE_OFFSET.copysign(direction.dot(normal))
+    })
 }
