@@ -114,7 +114,8 @@ class Causes(kit.ExportTest):
                 self.ball(self.glass(0.5))
                 lamp.visible_camera = False
                 lamp.visible_glossy, lamp.visible_transmission = glossy, transmission
-                ours, cycles = self.shown(4096)
+                # In 5.3 a few bright paths decide.
+                ours, cycles = self.shown(4096 if bpy.app.version >= (5, 3, 0) else 512)
                 print(f"glass by a lamp seen by {glossy} {transmission}: {ours:.5f} {cycles:.5f}")
                 self.near(ours, cycles, 0.01)
 
@@ -139,7 +140,7 @@ class Causes(kit.ExportTest):
         # Its terminator.
         self.camera.location, self.camera.rotation_euler = (-0.1, 0, 9), (0, 0, 0)
         self.camera.data.type, self.camera.data.ortho_scale = "ORTHO", 0.3
-        ours, cycles = self.shown(4096)
+        ours, cycles = self.shown(1024)
         print(f"coarse balls in shells: {ours:.5f} {cycles:.5f} {ours / cycles - 1:+.2%}")
         self.near(ours, cycles, 0.01)
 
