@@ -29,7 +29,7 @@ in `licences/`.
 | tool | licence | used for |
 | --- | --- | --- |
 | libclang 18.1.1 (PyPI's `libclang`) | Apache-2.0 WITH LLVM-exception | bindgen reads the headers with it |
-| Blender as a Python module (PyPI's `bpy` 4.5.15 and 5.2.3; 4.2.23, 5.0.1 and 5.1.2 for `make test-long`) and what it asks for | GPL-3.0-or-later, and its own | exports the scenes of `scenes/` and renders the tests' reference pictures, as a process of its own |
+| Blender as a Python module (PyPI's `bpy` 4.5.15 and 5.2.3; 4.2.23, 5.0.1, 5.1.2 and 5.3.0 for `make test-long`) and what it asks for | GPL-3.0-or-later, and its own | exports the scenes of `scenes/` and renders the tests' reference pictures, as a process of its own |
 | Chromium (Debian's package), playwright, greenlet and pillow (PyPI) | BSD-3-Clause and others; Apache-2.0, MIT, MIT-CMU | opens reports in tests |
 | Python 3.11 (Debian 12's packages), where the system has none | PSF-2.0 | runs `bpy` |
 
