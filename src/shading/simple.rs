@@ -189,8 +189,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
         if of.other_side > 0.0 {
             ior /= of.other_side;
         }
-        let turns = at.number(&of.sockets[glass::ROTATION]);
-        let tangent = tangent.map(|t| turned(t, normal, turns));
+        let tangent = tangent.map(|t| turned(t, normal, at.number(&of.sockets[glass::ROTATION])));
         let alpha = match tangent {
             Some(_) => glossy_alpha(roughness, at.number(&of.sockets[glass::ANISOTROPY])),
             None => Alpha::isotropic(sqr(roughness)),

@@ -460,17 +460,22 @@ impl World {
         wi: Vec3,
         beyond: bool,
     ) -> Option<Vec3> {
-        let normals = &surface.normals;
-        let side = if beyond {
-            -normals.geometric
-        } else {
-            normals.geometric
+        let curved = || {
+            let normals = &surface.normals;
+            let side = if beyond {
+                -normals.geometric
+            } else {
+                normals.geometric
+            };
+            let grazing = grazing(wi.dot(side), wi.dot(normals.smooth).abs());
+            (grazing > 0.0)
+                .then(|| self.curved_origin(hit, surface, side, grazing))
+                .flatten()
         };
-        let grazing = grazing(wi.dot(side), wi.dot(normals.smooth).abs());
-        if !(E::CURVED && self.as_cycles) || grazing <= 0.0 || self.naive_terminator {
-            return self.ray_origin::<E>(hit, surface, wi, beyond);
-        }
-        self.curved_origin(hit, surface, side, grazing)
+        let is_asked = E::CURVED && self.as_cycles && !self.naive_terminator;
+        is_asked
+            .then(curved)
+            .flatten()
             .or_else(|| self.ray_origin::<E>(hit, surface, wi, beyond))
     }
 

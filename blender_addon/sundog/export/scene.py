@@ -137,7 +137,6 @@ class Exporter:
         mesh = self._mesh(shown)
         if mesh is None:
             return
-        # Of what is shown by instances Cycles asks the shown object, too.
         offsets = getattr(shown, "shadow_terminator_shading_offset", 0.0), getattr(shown, "shadow_terminator_geometry_offset", 0.1)
         if kind == "MESH" and (offsets[0] != 0 or abs(offsets[1] - 0.1) > 1e-6):
             self.verdicts.add("object", shown.name, APPROXIMATED, "its Shadow Terminator is as by default: Shading Offset 0, Geometry Offset 0.1")

@@ -241,18 +241,15 @@ impl Reader<'_, '_, '_> {
         if scale == Input::float(0.0) {
             return None;
         }
-        let mut math = |operation: Math, clamp: bool, a: Input, b: f32| {
-            let mut node = Node::new(NodeKind::Function(Function::Math { operation, clamp }));
-            node.inputs[..2].copy_from_slice(&[a, Input::float(b)]);
-            self.graph.add(node)
+        let mut math = |operation: Math, clamp: bool, a: Input, b: Input| -> Input {
+            let node = Node::new(NodeKind::Function(Function::Math { operation, clamp }));
+            self.graph.add(node.with(0, a).with(1, b)).into()
         };
-        let scale = math(Math::Multiply, true, scale, 1.0);
-        let scale = math(Math::Multiply, false, scale.into(), 20.0);
+        let scale = math(Math::Multiply, true, scale, Input::float(1.0));
+        let scale = math(Math::Multiply, false, scale, Input::float(20.0));
         // No number of Abbe's is no dispersion, and one below 0 is as 0.
-        let abbe = math(Math::Maximum, false, abbe, 0.0);
-        let quotient = math(Math::Divide, false, scale.into(), 1.0);
-        self.graph.nodes[quotient.node as usize].inputs[1] = abbe.into();
-        Some(quotient.into())
+        let abbe = math(Math::Maximum, false, abbe, Input::float(0.0));
+        Some(math(Math::Divide, false, scale, abbe))
     }
 
     pub(super) fn attribute(&mut self, at: usize) -> Result<Link, Stop> {
