@@ -33,7 +33,7 @@ pub(super) struct Vertex<'a, E: Features> {
     /// Surfaces that a shadow ray may pass.
     pub transparent: u32,
     /// The way that the path has come.
-    pub past: Past,
+    pub past: &'a Past,
     /// The media that it has come through.
     pub within: &'a Within,
 }
@@ -155,7 +155,7 @@ impl<E: Features> Vertex<'_, E> {
             let blockers = world.lights.blockers(world.lights.source(drawn));
             sender.blockers = blockers.unwrap_or(0);
         }
-        let left = (self.transparent, sender);
+        let left = (self.transparent, &sender);
         let lids = E::EVERYTHING && casts_shadow && world.has_lids();
         let has_media = E::EVERYTHING && world.has_media();
         // Where faces lie in one place, and where priorities say which is there, what shadow rays meet and what they cross differ.
@@ -209,7 +209,7 @@ impl<E: Features> Vertex<'_, E> {
         ray: (Vec3, Vec3),
         target: Option<Vec3>,
         beyond: bool,
-        left: (u32, Sender),
+        left: (u32, &Sender),
     ) -> Vec3 {
         let crossed = self.crossed(ray.1, beyond);
         let within = crossed.as_ref().unwrap_or(self.within);
@@ -225,7 +225,7 @@ impl<E: Features> Vertex<'_, E> {
         ray: (Vec3, Vec3),
         target: Option<Vec3>,
         beyond: bool,
-        (left, key): ((u32, Sender), u32),
+        (left, key): ((u32, &Sender), u32),
     ) -> Vec3 {
         let crossed = self.crossed(ray.1, beyond);
         let within = crossed.as_ref().unwrap_or(self.within);
@@ -267,7 +267,7 @@ impl<E: Features> Vertex<'_, E> {
             past: self.past,
             ..RayKind::Shadow.into()
         };
-        let left = (self.transparent, sender);
+        let left = (self.transparent, &sender);
         if E::EVERYTHING && self.world.has_priorities() {
             let target = Some(start + direction * distance);
             let ray = (start, direction);

@@ -306,7 +306,8 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
                 continue;
             }
             let mut scratch = Scratch::default();
-            let asking = self.asking(&found.hit);
+            let past = self.past();
+            let asking = Asking::of(&self.sender(&past), self.direction, &found.hit);
             let roulette = self.roulette();
             let wanted = self.wanted(roulette);
             let at = (self.origin, asking);
@@ -343,7 +344,6 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             self.light.sink.surface(|| features(&bsdf));
             let receiver = self.beside.previous.at.receiver;
             self.receive(&found.hit, surface.point.point, bsdf.receiving());
-            let past = self.past();
             let vertex = Vertex::<E> {
                 world,
                 settings: self.settings,
@@ -355,7 +355,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
                 bounce: self.bounce,
                 side: self.beside.side,
                 transparent: self.settings.transparent_left(self.passed),
-                past,
+                past: &past,
                 within: &self.beside.within,
             };
             self.rays += vertex.add_direct_light(sampler, self.light);
@@ -389,15 +389,9 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
         at.bounces = self.bounce;
     }
 
-    /// The ray, as programs at what it meets may ask about it.
-    #[inline(always)]
-    fn asking(&self, hit: &Hit) -> Asking {
-        Asking::of(&self.sender(), self.direction, hit)
-    }
-
     /// The ray, as programs at what it passes may ask about it.
     #[inline(always)]
-    fn sender(&self) -> Sender {
+    fn sender<'p>(&self, past: &'p Past) -> Sender<'p> {
         Sender {
             kind: self.beside.previous.kind,
             depth: self.bounce,
@@ -405,7 +399,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             near: self.beside.near,
             time: self.beside.time,
             blockers: 0,
-            past: self.past(),
+            past,
         }
     }
 
@@ -413,7 +407,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
     #[inline(always)]
     fn past(&self) -> Past {
         if !E::EVERYTHING {
-            return Past::default();
+            return Past::UNKNOWN;
         }
         let least = |count: u32| count.min(255) as u8;
         let Beside {

@@ -8,7 +8,7 @@ use glam::Vec3;
 
 /// The ray that asks.
 #[derive(Clone, Copy, Debug)]
-pub struct Asking {
+pub struct Asking<'p> {
     /// From where it comes.
     pub direction: Vec3,
     /// How far, also before what it has passed straight on.
@@ -22,12 +22,12 @@ pub struct Asking {
     /// When it is on its way, 0 to 1.
     pub time: f32,
     /// What else is known of its path.
-    pub past: Past,
+    pub past: &'p Past,
 }
 
 /// A ray's kind and what is known of its path.
 #[derive(Clone, Copy, Debug)]
-pub struct Sender {
+pub struct Sender<'p> {
     /// The kind.
     pub kind: RayKind,
     /// Surfaces that have scattered the path.
@@ -41,10 +41,10 @@ pub struct Sender {
     /// Of a shadow ray: Embree's mask of what can be in its way; 0 for all that shadow rays see.
     pub blockers: u32,
     /// What else is known of it.
-    pub past: Past,
+    pub past: &'p Past,
 }
 
-impl From<RayKind> for Sender {
+impl From<RayKind> for Sender<'_> {
     fn from(kind: RayKind) -> Self {
         Self {
             kind,
@@ -53,7 +53,7 @@ impl From<RayKind> for Sender {
             near: 0.0,
             time: 0.0,
             blockers: 0,
-            past: Past::default(),
+            past: &Past::UNKNOWN,
         }
     }
 }
@@ -85,7 +85,7 @@ impl Widening {
 }
 
 /// The way that a path has come, as far as programs ask about it.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Past {
     /// Surfaces that have scattered it diffusely, by facets, or through themselves, that it has passed straight on, and portals.
     pub depths: [u8; 5],
@@ -110,6 +110,23 @@ pub struct Past {
 }
 
 impl Past {
+    /// Of a path of which nothing is known.
+    pub const UNKNOWN: Self = Self {
+        depths: [0; 5],
+        singular: false,
+        reflected: false,
+        blurry: false,
+        way: 0.0,
+        wide: Widening {
+            size: 0.0,
+            angle: 0.0,
+        },
+        wavelength: 0.0,
+        other_side: 0.0,
+        also: 0,
+        numbers: None,
+    };
+
     /// For random numbers; the same for all where nothing is known of the path.
     pub(super) fn numbers(&self) -> (Sampler, u32) {
         let unknown = || (Sequence::new(0).sampler(0, 0, 0), 0);
@@ -128,9 +145,9 @@ pub trait Around: Sync {
     fn normals(&self, hit: &Hit) -> (Vec3, Vec3);
 }
 
-impl Asking {
+impl<'p> Asking<'p> {
     /// A ray with a hit on its way.
-    pub fn of(sender: &Sender, direction: Vec3, hit: &Hit) -> Self {
+    pub fn of(sender: &Sender<'p>, direction: Vec3, hit: &Hit) -> Self {
         Self {
             direction,
             distance: sender.walked + hit.distance,
@@ -154,7 +171,7 @@ impl Asking {
             kind: 0,
             depth: 0,
             time: 0.0,
-            past: Past::default(),
+            past: &Past::UNKNOWN,
         }
     }
 }

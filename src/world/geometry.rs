@@ -205,7 +205,7 @@ impl MeshInstance {
         &'a self,
         mesh: &'a MeshData,
         (triangle, u, v): (u32, f32, f32),
-        asking: Asking,
+        asking: Asking<'a>,
     ) -> HitPoint<'a> {
         HitPoint {
             mesh,
@@ -506,7 +506,7 @@ impl Mixed<'_> {
             n if inside => -n,
             n => n,
         };
-        let place = (&self.place, &self.place.asking.past, &mut *self.computed);
+        let place = (&self.place, self.place.asking.past, &mut *self.computed);
         self.material.add_shaders(place, side, bsdf);
     }
 }
@@ -516,7 +516,7 @@ pub fn surface<'a, E: Features>(
     (entry, mesh, triangle): (&'a MeshInstance, &'a MeshData, u32),
     material: &'a PreparedMaterial,
     hit: &Hit,
-    (origin, asking): (Vec3, Asking),
+    (origin, asking): (Vec3, Asking<'a>),
     wanted: Wanted,
     around: Option<&'a dyn Around>,
     computed: &'a mut Option<Computed>,
@@ -569,7 +569,7 @@ pub fn surface<'a, E: Features>(
                 shading = side(normal);
             }
         }
-        let past = &asking.past;
+        let past = asking.past;
         if material.disperses() || past.other_side > 0.0 {
             let p = varying.unwrap_or(*material.constant_parameters());
             varying = Some(p.seen_in(past.wavelength).beside(past.other_side));

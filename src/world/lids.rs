@@ -163,7 +163,7 @@ impl World {
         at: (&Hit, &Surface),
         direction: Vec3,
         key: u32,
-        (limit, sender): (u32, Sender),
+        (limit, sender): (u32, &Sender),
     ) -> Vec3 {
         let mut share = Share::within(limit);
         for lid in self.lids(at, (direction, RayKind::Shadow, sender.time), key) {
@@ -216,7 +216,7 @@ impl World {
         &self,
         (on, start, target): (Vec3, Vec3, Vec3),
         drawn: Drawn,
-        (limit, sender): (u32, Sender),
+        (limit, sender): (u32, &Sender),
     ) -> Vec3 {
         let source = self.lights.source(drawn);
         let way = target - start;

@@ -564,7 +564,7 @@ impl World {
         within: &Within,
         ray: (Vec3, Vec3),
         target: Option<Vec3>,
-        (limit, sender): (u32, Sender),
+        (limit, sender): (u32, &Sender),
         key: u32,
     ) -> Vec3 {
         // What may be in the way of a linked light is not all that it passes; faces in one place have an order of their own.

@@ -579,7 +579,7 @@ impl World {
     pub fn surface<'a, E: Features>(
         &'a self,
         hit: &Hit,
-        (origin, asking): (Vec3, Asking),
+        (origin, asking): (Vec3, Asking<'a>),
         wanted: Wanted,
         scratch: &'a mut Scratch,
     ) -> Surface<'a> {

@@ -188,7 +188,7 @@ impl World {
         within: &Within,
         (origin, direction): (Vec3, Vec3),
         target: Option<Vec3>,
-        (limit, sender): (u32, Sender),
+        (limit, sender): (u32, &Sender),
     ) -> Vec3 {
         let (way, far) = match target {
             Some(target) => (target - origin, SHADOW_RAY_SHARE),

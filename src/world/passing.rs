@@ -220,12 +220,12 @@ impl World {
     /// probability of their opacity, drawn from `key` and what is met, so that the order in which
     /// Embree asks does not matter.
     #[inline]
-    pub fn intersect<E: Features>(
+    pub fn intersect<'p, E: Features>(
         &self,
         origin: Vec3,
         direction: Vec3,
         (near, far): (f32, f32),
-        sender: impl Into<Sender>,
+        sender: impl Into<Sender<'p>>,
         key: impl FnOnce() -> u32,
     ) -> Option<Hit> {
         let sender = sender.into();
@@ -264,6 +264,8 @@ impl World {
 
     /// As [`Self::intersect`], passing at most `left` surfaces.
     /// As Cycles counts: surfaces without any opacity too, but not back faces that are hidden.
+    // Inlined as far as there is nothing to pass: what is found stays in registers.
+    #[inline(always)]
     pub fn intersect_limited<E: Features>(
         &self,
         origin: Vec3,
@@ -274,23 +276,35 @@ impl World {
         left: u32,
     ) -> Intersection {
         let ray = sent((origin, direction), (near, far), &sender);
-        if !self.filters::<E>() {
-            let hit = self.nearest::<E>(&ray);
-            return hit.map_or(Intersection::Nothing, |hit| Intersection::Surface(hit, 0));
+        if self.filters::<E>() {
+            return self.intersect_passing::<E>(&ray, direction, &sender, (key, left));
         }
+        let hit = self.nearest::<E>(&ray);
+        hit.map_or(Intersection::Nothing, |hit| Intersection::Surface(hit, 0))
+    }
+
+    /// What a ray meets behind at most `left` surfaces that it passes.
+    #[inline(never)]
+    fn intersect_passing<E: Features>(
+        &self,
+        ray: &Ray,
+        direction: Vec3,
+        sender: &Sender,
+        (key, left): (u32, u32),
+    ) -> Intersection {
         let mut passed = Vec::new();
-        let hit = self.nearest_filtered::<E>(&ray, |hit| {
+        let hit = self.nearest_filtered::<E>(ray, |hit| {
             if self.is_hidden(hit, direction) {
                 return false;
             }
-            let stops = Self::stops(hit, self.opacity::<E>(hit, direction, &sender), key);
+            let stops = Self::stops(hit, self.opacity::<E>(hit, direction, sender), key);
             if !stops {
                 passed.push((hit.distance, hit.instance, hit.geometry, hit.primitive));
             }
             stops
         });
         // Embree asks in any order, about surfaces behind the hit as well.
-        let end = hit.map_or(far, |hit| hit.distance);
+        let end = hit.map_or(ray.far, |hit| hit.distance);
         passed.retain(|&(distance, ..)| distance <= end);
         passed.sort_unstable_by(|a, b| {
             a.0.total_cmp(&b.0)
@@ -325,7 +339,7 @@ impl World {
         origin: Vec3,
         direction: Vec3,
         far: f32,
-        (limit, sender): (u32, Sender),
+        (limit, sender): (u32, &Sender),
     ) -> Vec3 {
         let mut ray = shadow_ray((origin, direction), far, sender.time);
         if E::EVERYTHING && sender.blockers != 0 {
@@ -381,7 +395,7 @@ impl World {
         &self,
         origin: Vec3,
         target: Vec3,
-        limited: (u32, Sender),
+        limited: (u32, &Sender),
     ) -> Vec3 {
         self.transmittance::<E>(origin, target - origin, float::SHADOW_RAY_SHARE, limited)
     }

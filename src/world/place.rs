@@ -93,7 +93,7 @@ pub struct HitPoint<'a> {
     pub(super) triangle: u32,
     pub(super) u: f32,
     pub(super) v: f32,
-    pub(super) asking: Asking,
+    pub(super) asking: Asking<'a>,
     /// The unit normal of the triangle, outside; 0 where nobody has asked for it yet.
     pub(super) outside: Vec3,
     /// The smooth normal outside; 0 where nobody has asked for it yet.

@@ -166,7 +166,8 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         (self.origin, self.direction) = (origin, inwards);
         // It has not come from where it went below.
         self.beside.passage = Passage::default();
-        let asking = Asking::of(&self.sender(), inwards, hit);
+        let past = self.past();
+        let asking = Asking::of(&self.sender(&past), inwards, hit);
         let mut scratch = Scratch::default();
         let mut surface = world.surface::<E>(hit, (origin, asking), Wanted::Lobes, &mut scratch);
         let normal = self.exit_normal(&mut surface);
@@ -182,7 +183,6 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         bsdf.add_lambert(Vec3::ONE, normal);
         bsdf.finish();
         self.receive(hit, surface.point.point, bsdf.receiving());
-        let past = self.past();
         let numbers = self.sampler.beside(EXIT);
         if world.has_lids() {
             self.beside.side = numbers.key(Dimension::Opacity, self.bounce);
@@ -198,7 +198,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             bounce: self.bounce,
             side: self.beside.side,
             transparent: self.settings.transparent_left(self.passed),
-            past,
+            past: &past,
             within: &self.beside.within,
         };
         self.rays += vertex.add_direct_light(&numbers, self.light);

@@ -63,10 +63,11 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             (surface.point.point, back, (0.0, 0.0))
         };
         if E::EVERYTHING && self.world.has_lids() && self.own.is_none() {
+            let past = self.past();
             let sender = Sender {
                 kind,
                 depth,
-                ..self.sender()
+                ..self.sender(&past)
             };
             let side = self.beside.side;
             self.beside.lid = self.world.lid((hit, surface), direction, side, &sender);

@@ -363,17 +363,18 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         let delta = light.delta || rules.only_sampled();
         let weighted = value * settings.weight_of_sampled(light.pdf, delta, pdf);
         let arriving = light.contribution();
+        let past = self.past();
         let mut sender = Sender {
             depth: bounce + 1,
             time: self.beside.time,
-            past: self.past(),
+            past: &past,
             ..RayKind::Shadow.into()
         };
         if world.lights.is_linked() {
             let blockers = world.lights.blockers(world.lights.source(drawn));
             sender.blockers = blockers.unwrap_or(0);
         }
-        let left = (settings.transparent_left(self.passed), sender);
+        let left = (settings.transparent_left(self.passed), &sender);
         let ray = (point, light.wi);
         let key = self.sampler.key(Dimension::Opacity, bounce);
         let share = if rules.shines_through() || world.has_priorities() {

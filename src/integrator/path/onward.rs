@@ -46,7 +46,9 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             }
             self.add_passing_emission(found);
             let left = self.settings.transparent_left(self.passed);
-            let ray = (self.origin, self.asking(&found.hit));
+            let past = self.past();
+            let asking = Asking::of(&self.sender(&past), self.direction, &found.hit);
+            let ray = (self.origin, asking);
             let place = (self.sampler, self.bounce, self.passed);
             match tinted::<E>(self.world, &found.hit, ray, place) {
                 Tinted::Stops(weight) => {
@@ -83,7 +85,8 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         if !self.world.glows_in_passing(&found.hit) {
             return;
         }
-        let asking = self.asking(&found.hit);
+        let past = self.past();
+        let asking = Asking::of(&self.sender(&past), self.direction, &found.hit);
         let Some((_, share)) = self.world.tint(&found.hit, asking) else {
             return;
         };
@@ -186,7 +189,8 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     #[inline(always)]
     fn intersect(&mut self) -> (Option<Hit>, Option<f32>) {
         let (ray, kind) = ((self.origin, self.direction), self.beside.previous.kind);
-        let sender = self.sender();
+        let past = self.past();
+        let sender = self.sender(&past);
         let (sampler, bounce) = (self.sampler, self.bounce);
         let key = move || sampler.key(Dimension::Opacity, bounce);
         let mut hit = if E::EVERYTHING && self.settings.transparent != u32::MAX {
@@ -276,7 +280,8 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         lights.environment_le(&at, direction, ray, |emitted, pdf, source| {
             found.push((emitted, pdf, source, None));
         });
-        let sender = self.sender();
+        let past = self.past();
+        let sender = self.sender(&past);
         world.shadow_linked_along((origin, direction), &sender, |hit, opacity| {
             let source = Source::Surface(hit.object());
             if !lights.is_found(source, at.receiver, (kind, Shadows::Linked)) {
@@ -309,7 +314,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                 blockers: lights.blockers(source).unwrap_or(0),
                 ..RayKind::Shadow.into()
             };
-            let left = (settings.transparent_left(self.passed), sender);
+            let left = (settings.transparent_left(self.passed), &sender);
             let mut share = match target {
                 _ if world.has_priorities() => {
                     let within = &self.beside.within;
