@@ -29,7 +29,9 @@
 //! Nothing depends on how many samples there will be, but for what is planned: a render can be continued or joined from parts,
 //! and has the bits of one that was asked for them all at once.
 
-use glam::{Vec2, Vec3};
+mod lanes;
+
+use glam::{Vec2, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
 /// The random decisions of a path.
@@ -193,7 +195,10 @@ impl Sampler {
     /// Two numbers in [0, 1).
     pub fn pair(&self, dimension: Dimension, bounce: u32) -> Vec2 {
         let key = self.sequence_key(dimension, bounce);
-        self.two_of(key, self.shuffled(key))
+        let shuffled = self.shuffled(key);
+        coordinates(key, [shuffled as u32, pascal(shuffled) as u32, 0])
+            .truncate()
+            .truncate()
     }
 
     /// Three numbers in [0, 1): those of [`pair`](Self::pair), and a third of the same sequence. The
@@ -201,8 +206,8 @@ impl Sampler {
     pub fn triple(&self, dimension: Dimension, bounce: u32) -> Vec3 {
         let key = self.sequence_key(dimension, bounce);
         let shuffled = self.shuffled(key);
-        let z = owen_32(third(shuffled), mix32(key ^ 0x3c6e_f372)).reverse_bits();
-        self.two_of(key, shuffled).extend(unit(z))
+        let digits = [shuffled as u32, pascal(shuffled) as u32, third(shuffled)];
+        coordinates(key, digits).truncate()
     }
 
     /// The numbers of one of `parts` samples that take the place of this one: together the parts of all
@@ -251,17 +256,10 @@ impl Sampler {
         .reverse_bits()
     }
 
-    fn two_of(&self, key: u32, shuffled: u64) -> Vec2 {
-        let x = owen_32(shuffled as u32, mix32(key ^ 0x5851_f42d));
-        let y = owen_32(pascal(shuffled) as u32, mix32(key ^ 0x1405_7b7e));
-        // Turned over together: what was the lower half comes out as the upper one.
-        let both = (u64::from(x) | u64::from(y) << 32).reverse_bits();
-        Vec2::new(unit((both >> 32) as u32), unit(both as u32))
-    }
-
     /// One number in [0, 1).
     pub fn single(&self, dimension: Dimension, bounce: u32) -> f32 {
-        self.pair(dimension, bounce).x
+        let key = self.sequence_key(dimension, bounce);
+        coordinates(key, [self.shuffled(key) as u32, 0, 0]).x
     }
 
     /// A key for decisions that a path takes an unknown number of times between two bounces
@@ -288,6 +286,14 @@ pub fn hashed(key: u32, a: u32, b: u32) -> f32 {
 /// [`ONE_MINUS_EPSILON`]: crate::math::float::ONE_MINUS_EPSILON
 fn unit(x: u32) -> f32 {
     (x >> 8) as f32 * (1.0 / 16_777_216.0)
+}
+
+/// A point's coordinates, of the digits in reverse order that Sobol's matrices give: each scrambled for itself.
+#[inline(always)]
+fn coordinates(key: u32, [x, y, z]: [u32; 3]) -> Vec4 {
+    let keys = [key ^ 0x5851_f42d, key ^ 0x1405_7b7e, key ^ 0x3c6e_f372, 0];
+    let seeds = lanes::mix32(lanes::Words::new(keys));
+    lanes::units(lanes::owen_32(lanes::Words::new([x, y, z, 0]), seeds))
 }
 
 /// A bijective integer hash with full avalanche (the two-round multiply-xorshift construction,
@@ -361,18 +367,9 @@ fn third(index: u64) -> u32 {
         .fold(0, |sum, (&byte, table)| sum ^ table[byte as usize])
 }
 
-/// Owen scrambling of a number whose digits stand in reverse order (least significant first):
-/// each step changes a bit only by the bits below it (Laine and Karras, *Stratified Sampling for
-/// Stochastic Transparency*, 2011; constants after Vegdahl, *Building a Better LK Hash*, 2021).
-fn owen_32(mut x: u32, seed: u32) -> u32 {
-    x ^= x.wrapping_mul(0x3d20_adea);
-    x = x.wrapping_add(seed);
-    x = x.wrapping_mul((seed >> 16) | 1);
-    x ^= x.wrapping_mul(0x0552_6c56);
-    x ^ x.wrapping_mul(0x53a2_2864)
-}
-
-/// The same for 64 digits; the even multipliers are random 64-bit numbers.
+/// Owen scrambling of a number of 64 digits, which stand in reverse order (least significant first): each step changes a bit only
+/// by the bits below it (Laine and Karras, *Stratified Sampling for Stochastic Transparency*, 2011; constants after Vegdahl,
+/// *Building a Better LK Hash*, 2021). The even multipliers are random.
 fn owen_64(mut x: u64, seed: u64) -> u64 {
     x ^= x.wrapping_mul(0x3d20_adea_8a2f_6e14);
     x = x.wrapping_add(seed);

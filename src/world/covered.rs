@@ -2,7 +2,7 @@
 
 use crate::scene::graph::function::PlaceInput;
 use crate::shading::layers::{Coat, Fibres, Layers};
-use crate::shading::program::{Covered, Emission, Evaluation, LayerRoots, Place, reflected};
+use crate::shading::program::{Covered, Evaluation, LayerRoots, Place, Shining, reflected};
 use glam::Vec3;
 
 /// What lies over a base. `side` makes the coat's normal of that of its map.
@@ -39,27 +39,25 @@ pub(super) fn layers_at<P: Place>(
 /// Emitted radiance at a place, of which layers keep a part by the angle of view, as in Cycles.
 #[cold]
 #[inline(never)]
-pub(super) fn emitted(emission: &Emission, place: &impl Place) -> Vec3 {
+pub(super) fn emitted<P: Place>(shining: &Shining, place: &P, at: &mut Evaluation<'_, P>) -> Vec3 {
     // All directions have Blender's axes here: only their angles count.
     let wo = place.input(PlaceInput::Incoming).truncate();
     let side = |outside: Vec3| place.facing(outside).normalize_or_zero();
-    emission.program.at(place, |at| {
-        let mut sum = at.color(&emission.open);
-        for covered in &emission.covered {
-            let Covered {
-                light,
-                normal,
-                layers,
-            } = covered;
-            let light = at.color(light);
-            if light == Vec3::ZERO {
-                continue;
-            }
-            let map = normal.as_ref().map_or(Vec3::ZERO, |root| at.color(root));
-            let normal = side(map);
-            let layers = layers_at(layers, (normal, &side), at);
-            sum += light * layers.transmittance(normal, wo);
+    let mut sum = at.color(&shining.open);
+    for covered in &shining.covered {
+        let Covered {
+            light,
+            normal,
+            layers,
+        } = covered;
+        let light = at.color(light);
+        if light == Vec3::ZERO {
+            continue;
         }
-        sum
-    })
+        let map = normal.as_ref().map_or(Vec3::ZERO, |root| at.color(root));
+        let normal = side(map);
+        let layers = layers_at(layers, (normal, &side), at);
+        sum += light * layers.transmittance(normal, wo);
+    }
+    sum
 }

@@ -556,14 +556,17 @@ pub fn surface<'a, E: Features>(
             (smooth, smooth_outside, at.normal) = (side(n), n, n);
         }
     }
-    let emission = material.emitted(&at);
+    let with_lobes = E::EVERYTHING && wanted == Wanted::Lobes;
+    if with_lobes {
+        at.normal = smooth_outside;
+    }
+    let shared = with_lobes.then(|| material.emitted_with_lobes(&at, computed));
+    let emission = shared.flatten().unwrap_or_else(|| material.emitted(&at));
     let mut shading = smooth;
     let mut mixed = None;
     let mut varying = None;
-    if E::EVERYTHING && wanted == Wanted::Lobes {
-        at.normal = smooth_outside;
-        let place = at;
-        if let Some((parameters, normal)) = material.parameters(&place, computed) {
+    if with_lobes {
+        if let Some((parameters, normal)) = material.parameters(&at, computed) {
             varying = Some(parameters);
             if normal != Vec3::ZERO {
                 shading = side(normal);
@@ -576,7 +579,7 @@ pub fn surface<'a, E: Features>(
         }
         mixed = material.is_mixed().then_some(Mixed {
             material,
-            place,
+            place: at,
             inside,
             computed: computed.get_or_insert_default(),
         });

@@ -12,8 +12,8 @@ use crate::scene::graph::{Graph, ShaderRules, TangentKind};
 use crate::scene::{ImageAlpha, ImageUse, Material, Scene, Texture};
 use crate::shading::dielectrics::{Key, Needs};
 use crate::shading::program::{
-    Computed, Evaluation, Known, Place, Program, Programs, Shader, Source, VolumeProgram, Weighted,
-    compile, parameters, reflected,
+    Computed, Emission, Evaluation, Known, Place, Program, Programs, Shader, Shining, Source,
+    VolumeProgram, Weighted, compile, parameters, reflected,
 };
 use crate::shading::simple::SimpleValues;
 use crate::shading::tables::Estimate;
@@ -346,21 +346,32 @@ impl PreparedMaterial {
         if self.programs.surface.is_constant() {
             return None;
         }
-        let Weighted { shader, .. } = self.programs.shaders.first()?;
-        let normal = |at: &mut Evaluation<'_, _>| {
+        let shaders = &self.programs.shaders;
+        let normal = |shader: &Shader, at: &mut Evaluation<'_, _>| {
             let root = shader.normal();
             root.map_or(Vec3::ZERO, |root| at.color(root))
         };
         let program = &self.programs.surface;
-        Some(match shader {
-            Shader::Principled { base, linked, .. } if !self.is_mixed() => program.at(at, |at| {
-                let normal = normal(at);
-                (parameters(base, linked, at), normal)
-            }),
+        Some(match &shaders.first()?.shader {
+            shader @ Shader::Principled { base, linked, .. } if !self.is_mixed() => {
+                let ask = |at: &mut Evaluation<'_, _>| {
+                    let normal = normal(shader, at);
+                    (parameters(base, linked, at), normal)
+                };
+                match computed {
+                    Some(computed) => program.again(at, computed, ask),
+                    None => program.at(at, ask),
+                }
+            }
             // Their lobes are asked for where they are added.
             _ => {
                 let computed = computed.get_or_insert_default();
-                (MATTE, program.again(at, computed, normal))
+                let ask = |at: &mut Evaluation<'_, _>| {
+                    // A shader of no weight here is not asked: its map may cost more than all else.
+                    let there = shaders.iter().find(|of| !(at.number(&of.weight) <= 0.0));
+                    there.map_or(Vec3::ZERO, |there| normal(&there.shader, at))
+                };
+                (MATTE, program.again(at, computed, ask))
             }
         })
     }
@@ -481,7 +492,7 @@ impl PreparedMaterial {
 
     fn asked(&self) -> impl Iterator<Item = PlaceInput> {
         // What covers a light keeps more of it the more it is seen from the side.
-        let covers = !self.programs.emission.covered.is_empty();
+        let covers = !self.programs.emission.shining.covered.is_empty();
         let looks = covers.then_some(PlaceInput::Incoming);
         let asked = self.programs().flat_map(Program::place_inputs);
         asked.chain(looks)
@@ -569,14 +580,24 @@ impl PreparedMaterial {
     /// Emitted radiance at a point.
     #[inline]
     pub fn emitted(&self, at: &impl Place) -> Vec3 {
-        let emission = &self.programs.emission;
-        if !emission.covered.is_empty() {
-            return covered::emitted(emission, at);
-        }
-        if emission.program.is_constant() {
+        let Emission { program, shining } = &self.programs.emission;
+        if program.is_constant() && shining.covered.is_empty() {
             return self.emission;
         }
-        emission.program.at(at, |at| at.color(&emission.open))
+        program.at(at, |evaluation| shone(shining, at, evaluation))
+    }
+
+    /// The same at a hit whose lobes are asked for next, if their program makes it; `computed` is for them.
+    #[inline]
+    pub fn emitted_with_lobes(
+        &self,
+        at: &impl Place,
+        computed: &mut Option<Computed>,
+    ) -> Option<Vec3> {
+        let shining = self.programs.shining.as_ref()?;
+        let computed = computed.get_or_insert_default();
+        let ask = |evaluation: &mut Evaluation<'_, _>| shone(shining, at, evaluation);
+        Some(self.programs.surface.again(at, computed, ask))
     }
 
     /// Adds what it tells passes of the scene's own at a point.
@@ -622,6 +643,16 @@ impl PreparedMaterial {
             None => 1.0,
             Some(opacity) => opacity.program.at(at, |at| at.number(&opacity.rest)),
         }
+    }
+}
+
+/// Emitted radiance, by the program that it is a value of.
+#[inline]
+fn shone<P: Place>(shining: &Shining, place: &P, at: &mut Evaluation<'_, P>) -> Vec3 {
+    if shining.covered.is_empty() {
+        at.color(&shining.open)
+    } else {
+        covered::emitted(shining, place, at)
     }
 }
 

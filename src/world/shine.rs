@@ -63,7 +63,9 @@ impl LightProgram for Shine {
             facts: &self.facts,
             at,
         };
-        emission.program.at(&place, |at| at.color(&emission.open))
+        emission
+            .program
+            .at(&place, |at| at.color(&emission.shining.open))
     }
 }
 

@@ -1,9 +1,11 @@
 //! From graphs to programs.
 
 use super::aovs::aovs;
-use super::emission::emission_of;
+use super::emission::{emission_of, shining};
 use super::shader::{roots_of, shader};
-use super::{Call, Height, Opacity, Operand, Operation, Program, Programs, Root, Weighted};
+use super::{
+    Call, Emission, Height, Opacity, Operand, Operation, Program, Programs, Root, Shining, Weighted,
+};
 use crate::math::primaries::WorkingSpace;
 use crate::scene::graph::function::bump;
 use crate::scene::graph::node::{
@@ -632,11 +634,35 @@ pub(super) fn root(operand: Operand) -> Root {
     Root { operand, needs: 0 }
 }
 
+/// What a surface's program makes: its shaders, and perhaps what it emits.
+type Made = (Program, Vec<Weighted>, Option<Shining>);
+
+/// The program of what scatters. It makes what is emitted as well where both look at the same images or compute the same.
 fn surface(
     graph: &Graph,
     space: WorkingSpace,
     source: &mut impl Source,
-) -> (Program, Vec<Weighted>) {
+    emission: &Emission,
+) -> Made {
+    let apart = surface_with(graph, space, source, false);
+    if apart.0.is_constant() || emission.program.is_constant() {
+        return apart;
+    }
+    let together = surface_with(graph, space, source, true);
+    let work = |program: &Program| program.calls.len() + program.textures.len();
+    if work(&together.0) < work(&apart.0) + work(&emission.program) {
+        together
+    } else {
+        apart
+    }
+}
+
+fn surface_with(
+    graph: &Graph,
+    space: WorkingSpace,
+    source: &mut impl Source,
+    shines: bool,
+) -> Made {
     let mut heights = 0;
     let mut compiler = Compiler::new(graph, source, &mut heights);
     let mut shaders: Vec<Weighted> = Vec::new();
@@ -648,9 +674,11 @@ fn surface(
             });
         }
     }
+    let mut shining = shines.then(|| shining(&mut compiler));
     let mut roots: Vec<&mut Root> = shaders.iter_mut().flat_map(roots_of).collect();
+    roots.extend(shining.iter_mut().flat_map(Shining::roots));
     let program = compiler.finish(&mut roots);
-    (program, shaders)
+    (program, shaders, shining)
 }
 
 fn opacity(graph: &Graph, source: &mut impl Source) -> Option<Opacity> {
@@ -685,15 +713,16 @@ fn opacity(graph: &Graph, source: &mut impl Source) -> Option<Opacity> {
 pub fn compile(graph: &Graph, mut known: Known, source: &mut impl Source) -> Programs {
     let mut folded = graph.clone();
     graph::fold(&mut folded, &mut known);
-    let (surface, shaders) = surface(&folded, known.space, source);
-    let opacity = opacity(&folded, source);
     let emission = emission_of(&folded, source);
+    let (surface, shaders, shining) = surface(&folded, known.space, source, &emission);
+    let opacity = opacity(&folded, source);
     let normal = folded.normal.map(|link| program_of(&folded, link, source));
     Programs {
         surface,
         shaders,
         opacity,
         emission,
+        shining,
         normal: normal.filter(|(program, _)| !program.is_constant()),
         aovs: aovs(&folded, source),
     }

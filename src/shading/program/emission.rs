@@ -25,21 +25,36 @@ impl Covered {
     }
 }
 
-/// Operations of what is emitted.
+/// What is emitted, as values of a program.
 #[derive(Clone, Debug)]
-pub struct Emission {
-    /// All of them.
-    pub program: Program,
+pub struct Shining {
     /// Emitted radiance of what nothing covers, as far as it does not pass straight on.
     pub open: Root,
     /// The rest.
     pub covered: Vec<Covered>,
 }
 
+impl Shining {
+    pub(super) fn roots(&mut self) -> impl Iterator<Item = &mut Root> {
+        let covered = self.covered.iter_mut().flat_map(Covered::roots);
+        covered.chain([&mut self.open])
+    }
+}
+
+/// Operations of what is emitted.
+#[derive(Clone, Debug)]
+pub struct Emission {
+    /// All of them.
+    pub program: Program,
+    /// What they make.
+    pub shining: Shining,
+}
+
 impl Emission {
     /// The emitted radiance, if it is the same everywhere.
     pub fn constant(&self) -> Option<glam::Vec3> {
-        self.open.constant().filter(|_| self.covered.is_empty())
+        let Shining { open, covered } = &self.shining;
+        open.constant().filter(|_| covered.is_empty())
     }
 }
 
@@ -61,6 +76,15 @@ impl<S: Source> Compiler<'_, S> {
 pub(super) fn emission_of(graph: &Graph, source: &mut impl Source) -> Emission {
     let mut heights = 0;
     let mut compiler = Compiler::new(graph, source, &mut heights);
+    let mut shining = shining(&mut compiler);
+    let mut roots: Vec<&mut Root> = shining.roots().collect();
+    let program = compiler.finish(&mut roots);
+    Emission { program, shining }
+}
+
+/// Emits what shines into a program.
+pub(super) fn shining<S: Source>(compiler: &mut Compiler<'_, S>) -> Shining {
+    let graph = compiler.graph;
     let mut open = Operand::Constant(Vec4::W);
     let mut covered = Vec::new();
     for (at, weight) in compiler.body() {
@@ -79,7 +103,7 @@ pub(super) fn emission_of(graph: &Graph, source: &mut impl Source) -> Emission {
         let strength = compiler.color_input(at, strength);
         let light = compiler.blend(Blend::Multiply, color, strength);
         let part = compiler.blend(Blend::Multiply, light, weight);
-        let layers = is_principled.then(|| layers(&mut compiler, at));
+        let layers = is_principled.then(|| layers(compiler, at));
         match layers.flatten() {
             Some(layers) => covered.push(Covered {
                 light: root(part),
@@ -90,13 +114,8 @@ pub(super) fn emission_of(graph: &Graph, source: &mut impl Source) -> Emission {
             None => open = compiler.blend(Blend::Add, open, part),
         }
     }
-    let mut open = root(open);
-    let mut roots: Vec<&mut Root> = covered.iter_mut().flat_map(Covered::roots).collect();
-    roots.push(&mut open);
-    let program = compiler.finish(&mut roots);
-    Emission {
-        program,
-        open,
+    Shining {
+        open: root(open),
         covered,
     }
 }

@@ -16,7 +16,7 @@ mod volume;
 pub use aovs::Aovs;
 pub use call::{Call, Height};
 pub use compile::{Known, Source, compile, displacement};
-pub use emission::{Covered, Emission};
+pub use emission::{Covered, Emission, Shining};
 pub use shader::parameters;
 pub use shaders::{CoatRoots, LayerRoots, Shader, Weighted};
 pub use volume::VolumeProgram;
@@ -612,6 +612,8 @@ pub struct Programs {
     pub opacity: Option<Opacity>,
     /// What is emitted.
     pub emission: Emission,
+    /// The same as values of `surface`, where that computes some of it anyway: for hits that ask for both.
+    pub shining: Option<Shining>,
     /// The normal outside in the place of the surface's own, if it has one.
     pub normal: Option<(Program, Root)>,
     /// What is told to passes of the scene's own, if anything is.

@@ -49,7 +49,8 @@ fn light_comes_through_as_by_surfaces_and_media_one_after_the_other() {
         let within = world.around(from);
         let direction = (to - from).normalize();
         for target in [Some(to), None] {
-            let limited = (u32::MAX, Sender::from(RayKind::Shadow));
+            let sender = Sender::from(RayKind::Shadow);
+            let limited = (u32::MAX, &sender);
             let found = world.light_through(&within, (from, direction), target, limited, 7);
             let surfaces = match target {
                 Some(to) => world.transmittance_to::<General>(from, to, limited),

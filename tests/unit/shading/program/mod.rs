@@ -252,7 +252,7 @@ fn an_unlit_surface_shines_with_its_colour() {
     };
     let programs = compiled(m, COLORED, &[[0.5, -1.0, 1.0, 1.0]]);
     assert!(programs.shaders.is_empty() && programs.opacity.is_none());
-    let emitted = |at: &mut Evaluation<'_, Here>| at.color(&programs.emission.open);
+    let emitted = |at: &mut Evaluation<'_, Here>| at.color(&programs.emission.shining.open);
     let light = programs.emission.program.at(&Here::default(), emitted);
     assert_eq!(light, Vec3::new(0.5, -1.0, 0.5));
 }
@@ -313,6 +313,57 @@ fn mixes_and_sums_of_shaders_are_a_list_with_weights() {
     let opacity = programs.opacity.unwrap();
     let passes = opacity.transmittance.constant();
     assert_eq!(passes, Some(Vec3::new(0.25, 0.125, 0.0)));
+}
+
+/// A lamp and a matte surface, mixed by an image; the colour of the lamp by another.
+fn sign(lit_by_an_image: bool) -> Programs {
+    let mut graph = Graph::default();
+    let mut image = |number: u32| {
+        graph.add(Node::new(NodeKind::ImageTexture {
+            texture: ImageId(number).into(),
+            usage: ImageUse::Data,
+            projection: Default::default(),
+        }))
+    };
+    let (mask, color) = (image(0), image(1));
+    let rules = Default::default();
+    let matte = Node::new(NodeKind::DiffuseBsdf { rules }).with(diffuse::COLOR, color);
+    let lamp = Node::new(NodeKind::Emission).with(emission::STRENGTH, 2.0);
+    let (matte, lamp) = (
+        graph.add(matte),
+        graph.add(lamp.with(emission::COLOR, [1.0; 3])),
+    );
+    let factor: Input = if lit_by_an_image {
+        mask.into()
+    } else {
+        0.5.into()
+    };
+    let mix = Node::new(NodeKind::MixShader).with(mix_shader::FACTOR, factor);
+    let mix = mix.with(mix_shader::A, matte).with(mix_shader::B, lamp);
+    graph.surface = Some(graph.add(mix));
+    let texels = vec![[0.25, 0.25, 0.25, 1.0], [0.5; 4]];
+    compile(&graph, PLAIN, &mut Texels(texels))
+}
+
+#[test]
+fn what_mixes_a_lamp_with_what_scatters_is_computed_once() {
+    let programs = sign(true);
+    let shining = programs.shining.as_ref().expect("a mask for both");
+    let (apart, here) = (Here::default(), Here::default());
+    let emission = &programs.emission;
+    let alone = emission
+        .program
+        .at(&apart, |at| at.color(&emission.shining.open));
+    let mut computed = Computed::default();
+    let surface = &programs.surface;
+    let light = surface.again(&here, &mut computed, |at| at.color(&shining.open));
+    assert_eq!((light, light.x), (alone, 0.5));
+    assert_eq!((apart.read.get(), here.read.get()), (1, 1));
+    let weight = &programs.shaders[0].weight;
+    let weight = surface.again(&here, &mut computed, |at| at.number(weight));
+    assert_eq!((weight, here.read.get()), (0.75, 1));
+    // Nothing is shared: what shines is the same everywhere.
+    assert!(sign(false).shining.is_none());
 }
 
 #[test]
@@ -439,7 +490,7 @@ fn computed(
         ..Here::default()
     };
     let light = &programs.emission;
-    light.program.at(&here, |at| at.color(&light.open))
+    light.program.at(&here, |at| at.color(&light.shining.open))
 }
 
 #[test]
