@@ -20,7 +20,8 @@ setup:
 	@scripts/setup.sh
 
 # Programs for this machine take what its processor has; packages run on every one (docs/setup.md).
-build: export RUSTFLAGS := $(or $(RUSTFLAGS),$(shell scripts/cpu-flags.sh))
+# Beside the flags of .cargo/config.toml; RUSTFLAGS of one's own take the place of both.
+build: export CARGO_TARGET_X86_64_UNKNOWN_LINUX_GNU_RUSTFLAGS := $(shell scripts/cpu-flags.sh)
 build: setup
 	cargo build --release --locked
 
