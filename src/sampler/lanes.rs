@@ -21,10 +21,10 @@ pub(super) fn mix32(mut x: Words) -> Words {
 #[inline(always)]
 pub(super) fn owen_32(mut x: Words, seed: Words) -> Words {
     x = x ^ (x * Words::splat(0x3d20_adea));
-    x = x + seed;
+    x += seed;
     x = x * ((seed >> 16) | Words::splat(1));
     x = x ^ (x * Words::splat(0x0552_6c56));
-    x ^ x * Words::splat(0x53a2_2864)
+    x ^ (x * Words::splat(0x53a2_2864))
 }
 
 /// Words whose digits stand in reverse order as numbers in [0, 1): [`super::unit`].

@@ -178,14 +178,15 @@ impl Sequence {
     pub fn sampler(&self, x: u32, y: u32, sample: u32) -> Sampler {
         let morton = spread(x) | (spread(y) << 1);
         let count = self.sequences.count();
-        let number = u64::from(sample / count);
+        // One or two: a division by a number that the compiler does not know takes as long as a hash.
+        let number = u64::from(sample >> count.trailing_zeros());
         // What is beyond the block is in that of the same pixel in the next picture.
         let (beyond, within) = (number >> self.block, number & ((1 << self.block) - 1));
         let index = (beyond << self.block) << 32 | (morton << self.block) | within;
         Sampler {
             index,
             reversed: index.reverse_bits(),
-            seed: self.seeds[(sample % count) as usize],
+            seed: self.seeds[(sample & (count - 1)) as usize],
             pixel: morton as u32,
         }
     }

@@ -167,7 +167,7 @@ impl World {
     ) -> Vec3 {
         let mut share = Share::within(limit);
         for lid in self.lids(at, (direction, RayKind::Shadow, sender.time), key) {
-            if self.dims::<General>(&mut share, &lid, (direction, &sender)) {
+            if self.dims::<General>(&mut share, &lid, (direction, sender)) {
                 return Vec3::ZERO;
             }
         }
@@ -226,7 +226,7 @@ impl World {
         }
         let direction = way * far.recip();
         let mut share = Share::within(limit);
-        let mut dims = |hit: &Hit| self.dims::<General>(&mut share, hit, (direction, &sender));
+        let mut dims = |hit: &Hit| self.dims::<General>(&mut share, hit, (direction, sender));
         let shut = if let Some(lamp) = self.lamp_on_face(drawn) {
             let in_file = |p: Vec3| (p.as_dvec3() + self.origin).as_vec3();
             let cycles = lamp.ray(in_file(on), in_file(target));

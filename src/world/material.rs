@@ -368,7 +368,7 @@ impl PreparedMaterial {
                 let computed = computed.get_or_insert_default();
                 let ask = |at: &mut Evaluation<'_, _>| {
                     // A shader of no weight here is not asked: its map may cost more than all else.
-                    let there = shaders.iter().find(|of| !(at.number(&of.weight) <= 0.0));
+                    let there = shaders.iter().find(|of| at.number(&of.weight) > 0.0);
                     there.map_or(Vec3::ZERO, |there| normal(&there.shader, at))
                 };
                 (MATTE, program.again(at, computed, ask))

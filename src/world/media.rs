@@ -588,7 +588,7 @@ impl World {
         let mut share = Share::within(limit);
         let mut crossings = Crossings::new();
         let blocked = self.geometry.embree.occluded_filtered(&query, |hit| {
-            if self.dims::<General>(&mut share, hit, (way, &sender)) {
+            if self.dims::<General>(&mut share, hit, (way, sender)) {
                 return true;
             }
             if self.is_tracked(hit) {

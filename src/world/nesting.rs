@@ -214,7 +214,7 @@ impl World {
         let mut share = Share::within(limit);
         let blocked = self.geometry.embree.occluded_asking(&ray, |hit| {
             !gone.contains(&(hit.object(), hit.primitive))
-                && self.dims::<General>(&mut share, hit, (way, &sender))
+                && self.dims::<General>(&mut share, hit, (way, sender))
         });
         if blocked { Vec3::ZERO } else { share.light }
     }

@@ -272,12 +272,12 @@ impl World {
         direction: Vec3,
         (near, far): (f32, f32),
         sender: Sender,
-        key: u32,
+        key: impl FnOnce() -> u32,
         left: u32,
     ) -> Intersection {
         let ray = sent((origin, direction), (near, far), &sender);
         if self.filters::<E>() {
-            return self.intersect_passing::<E>(&ray, direction, &sender, (key, left));
+            return self.intersect_passing::<E>(&ray, direction, &sender, (key(), left));
         }
         let hit = self.nearest::<E>(&ray);
         hit.map_or(Intersection::Nothing, |hit| Intersection::Surface(hit, 0))
@@ -354,7 +354,7 @@ impl World {
         }
         let mut share = Share::within(limit);
         let blocked = self.geometry.embree.occluded_filtered(&ray, |hit| {
-            self.dims::<E>(&mut share, hit, (direction, &sender))
+            self.dims::<E>(&mut share, hit, (direction, sender))
         });
         if blocked { Vec3::ZERO } else { share.light }
     }

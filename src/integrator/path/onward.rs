@@ -196,9 +196,9 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         let mut hit = if E::EVERYTHING && self.settings.transparent != u32::MAX {
             // Cycles notices the limit when it has passed a surface: one always is.
             let left = self.settings.transparent.max(1) - self.passed;
-            let met =
-                self.world
-                    .intersect_limited::<E>(ray.0, ray.1, self.span, sender, key(), left);
+            let met = self
+                .world
+                .intersect_limited::<E>(ray.0, ray.1, self.span, sender, key, left);
             match met {
                 Intersection::Surface(hit, more) => {
                     self.passed += more;
