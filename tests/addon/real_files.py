@@ -122,6 +122,8 @@ def prepare(scene, options):
     render.resolution_y = max(round(height * share / BLOCK), 2) * BLOCK
     render.resolution_percentage = 100
     render.use_border = False
+    # Blender burns the frame's number into what Cycles has rendered alone.
+    render.use_stamp = False
     kept = settings.Kept()
     settings.same_for_both(kept, scene, settings.Options(samples=options.samples))
     settings.as_sundog(kept, scene)
