@@ -45,14 +45,16 @@ def write_scene(depsgraph, scene, folder, cache, *, report=None, move=None, view
     if scene.camera is None:
         raise ExportError(f"the scene \"{scene.name}\" has no camera: add one, or make one active with Ctrl+Numpad 0")
     try:
-        timed("objects", exporter.objects)
-        timed("camera", exporter.camera)
+        try:
+            timed("objects", exporter.objects)
+            timed("camera", exporter.camera)
+        finally:
+            exporter.restore()
+        timed("world", exporter.world)
+        timed("file", exporter.finish)
     finally:
-        exporter.restore()
-    timed("world", exporter.world)
-    timed("file", exporter.finish)
-    # What Blender made of trees is kept no longer.
-    nodes.SceneWide.inlined = None
+        # What Blender made of trees is kept no longer.
+        nodes.SceneWide.inlined = None
     timings["total"] = time.perf_counter() - started
     listed = verdicts.as_list()
     return ExportResult(exporter.path, listed, timings, exporter.changed_geometry)
