@@ -307,7 +307,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             }
             let mut scratch = Scratch::default();
             let past = self.past();
-            let asking = Asking::of(&self.sender(&past), self.direction, &found.hit);
+            let asking = self.asking(&found.hit, &past);
             let roulette = self.roulette();
             let wanted = self.wanted(roulette);
             let at = (self.origin, asking);
@@ -387,6 +387,12 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
         at.facing = Some(facing);
         at.clamps = self.settings.clamp[usize::from(self.bounce > 0)].is_finite();
         at.bounces = self.bounce;
+    }
+
+    /// The ray, as programs at what it meets may ask about it.
+    #[inline(always)]
+    fn asking<'p>(&self, hit: &Hit, past: &'p Past) -> Asking<'p> {
+        Asking::of(&self.sender(past), self.direction, hit)
     }
 
     /// The ray, as programs at what it passes may ask about it.

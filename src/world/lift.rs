@@ -2,6 +2,7 @@
 
 use super::Asking;
 use super::geometry::{MeshData, MeshInstance};
+use super::place::HitPoint;
 use crate::effects::General;
 use crate::ffi::embree::Hit;
 use glam::Vec3;
@@ -15,10 +16,9 @@ pub fn lift(
     hit: &Hit,
     side: Vec3,
 ) -> Vec3 {
-    let Some(normals) = &mesh.normals else {
+    let Some((at, normals)) = with_normals((entry, mesh, triangle), hit) else {
         return Vec3::ZERO;
     };
-    let at = entry.at(mesh, (triangle, hit.u, hit.v), Asking::along(Vec3::ZERO));
     let sign = if entry.normal::<General>(at.vector(normals)).dot(side) < 0.0 {
         -1.0
     } else {
@@ -45,10 +45,9 @@ pub fn bulge(
     hit: &Hit,
     side: Vec3,
 ) -> Vec3 {
-    let Some(normals) = &mesh.normals else {
+    let Some((at, normals)) = with_normals((entry, mesh, triangle), hit) else {
         return Vec3::ZERO;
     };
-    let at = entry.at(mesh, (triangle, hit.u, hit.v), Asking::along(Vec3::ZERO));
     let normals = at
         .corners
         .map(|corner| Vec3::from(normals[corner as usize]));
@@ -56,6 +55,16 @@ pub fn bulge(
     let normal = entry.vector::<General>(between(normals, weights));
     let outward = normal.dot(side) > 0.0;
     normal * height(mesh.corners(triangle), normals, weights, outward)
+}
+
+/// The point, and the normals of its mesh's vertices, if it has any.
+fn with_normals<'a>(
+    (entry, mesh, triangle): (&'a MeshInstance, &'a MeshData, u32),
+    hit: &Hit,
+) -> Option<(HitPoint<'a>, &'a [[f32; 3]])> {
+    let normals = mesh.normals.as_deref()?;
+    let at = entry.at(mesh, (triangle, hit.u, hit.v), Asking::along(Vec3::ZERO));
+    Some((at, normals))
 }
 
 fn between(of: [Vec3; 3], weights: Vec3) -> Vec3 {

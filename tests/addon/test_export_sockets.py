@@ -104,7 +104,8 @@ class Sockets(kit.ExportTest):
         shaders = [n for n in dir(bpy.types) if n.startswith("ShaderNodeBsdf")]
         for kind in [*shaders, "ShaderNodeEmission", "ShaderNodeSubsurfaceScattering"]:
             self.add_pairs(kind)
-        self.assertGreater(len(self.pairs), 90)
+        # Blender 4.2's shaders have fewer sockets: 97 pairs; 4.5's have 108.
+        self.assertGreater(len(self.pairs), 100 if bpy.app.version >= (4, 5) else 96)
         found = self.export()
 
         def shown(name):

@@ -13,7 +13,7 @@ use crate::medium::walk::{Inside, Mapping, Numbers, Start, walk};
 use crate::sampler::{Dimension, Sampler, hashed};
 use crate::shading::closure::Below;
 use crate::shading::{Changes, Normals};
-use crate::world::{Asking, Hit, Mixed, Passage, Scratch, Surface, Wanted};
+use crate::world::{Hit, Mixed, Passage, Scratch, Surface, Wanted};
 use glam::Vec3;
 
 /// Tells the numbers of walks from those of the vertices.
@@ -167,7 +167,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         // It has not come from where it went below.
         self.beside.passage = Passage::default();
         let past = self.past();
-        let asking = Asking::of(&self.sender(&past), inwards, hit);
+        let asking = self.asking(hit, &past);
         let mut scratch = Scratch::default();
         let mut surface = world.surface::<E>(hit, (origin, asking), Wanted::Lobes, &mut scratch);
         let normal = self.exit_normal(&mut surface);

@@ -47,8 +47,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             self.add_passing_emission(found);
             let left = self.settings.transparent_left(self.passed);
             let past = self.past();
-            let asking = Asking::of(&self.sender(&past), self.direction, &found.hit);
-            let ray = (self.origin, asking);
+            let ray = (self.origin, self.asking(&found.hit, &past));
             let place = (self.sampler, self.bounce, self.passed);
             match tinted::<E>(self.world, &found.hit, ray, place) {
                 Tinted::Stops(weight) => {
@@ -86,7 +85,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             return;
         }
         let past = self.past();
-        let asking = Asking::of(&self.sender(&past), self.direction, &found.hit);
+        let asking = self.asking(&found.hit, &past);
         let Some((_, share)) = self.world.tint(&found.hit, asking) else {
             return;
         };

@@ -315,8 +315,8 @@ fn mixes_and_sums_of_shaders_are_a_list_with_weights() {
     assert_eq!(passes, Some(Vec3::new(0.25, 0.125, 0.0)));
 }
 
-/// A lamp and a matte surface, mixed by an image; the colour of the lamp by another.
-fn sign(lit_by_an_image: bool) -> Programs {
+/// A lamp and a matte surface of an image's colour, mixed by another image or by halves.
+fn sign(mixed_by_an_image: bool) -> Programs {
     let mut graph = Graph::default();
     let mut image = |number: u32| {
         graph.add(Node::new(NodeKind::ImageTexture {
@@ -333,7 +333,7 @@ fn sign(lit_by_an_image: bool) -> Programs {
         graph.add(matte),
         graph.add(lamp.with(emission::COLOR, [1.0; 3])),
     );
-    let factor: Input = if lit_by_an_image {
+    let factor: Input = if mixed_by_an_image {
         mask.into()
     } else {
         0.5.into()
