@@ -78,6 +78,7 @@ fn prepared(scene: &Scene, uv_pass: bool) -> World {
         aovs: false,
         vectors: false,
         roughens: false,
+        coincident: None,
         ablation: Default::default(),
     };
     World::new(scene, &options).unwrap()

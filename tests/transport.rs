@@ -179,6 +179,7 @@ fn no_ray_hits_the_triangle_that_it_leaves() {
             aovs: false,
             vectors: false,
             roughens: false,
+            coincident: None,
             ablation: Default::default(),
         };
         let world = World::new(&scene, &options).unwrap();

@@ -65,6 +65,7 @@ fn world(scene: &Scene, effects: EnumSet<Effect>) -> Outcome<World> {
         aovs: false,
         vectors: false,
         roughens: false,
+        coincident: None,
         ablation: Ablation::default(),
     };
     Ok(World::new(scene, &options)?)

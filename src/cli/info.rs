@@ -9,6 +9,7 @@ use crate::effects::{EffectReport, Finding, RequestedSettings};
 use crate::math::primaries::WorkingSpace;
 use crate::math::words::counted;
 use crate::render::memory::PREPARED_BYTES_A_TRIANGLE;
+use crate::scene::coincident;
 use crate::scene::{BoundsInfo, Diagnostics, Inventory, LeftOut, Scene, fingerprint, simplify};
 use serde::Serialize;
 use serde_json::json;
@@ -112,7 +113,12 @@ impl Needed {
         });
         let nodes = nodes.collect();
         let requested = RequestedSettings::default();
-        let report = EffectReport::of(&file.scene, &requested, &left_out, &file.diagnostics);
+        let report = EffectReport::of(
+            (&file.scene, &coincident::find(&file.scene)),
+            &requested,
+            &left_out,
+            &file.diagnostics,
+        );
         Self {
             hash: fingerprint(&file.scene),
             left_out,

@@ -14,12 +14,12 @@ use crate::math::words::counted;
 use crate::output::tev::Viewer;
 use crate::output::{Frames, Metadata};
 use crate::render::{
-    NoiseThreshold, Observer, RenderSettings, Statistics, Stop, labels, left_out, memory,
+    NoiseThreshold, Observer, RenderSettings, Session, Statistics, Stop, labels, left_out, memory,
 };
-use crate::scene::{Scene, fingerprint};
+use crate::scene::{Scene, coincident, fingerprint};
 use serde_json::json;
 use std::path::Path;
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 /// Runs the command.
@@ -70,8 +70,9 @@ pub fn run(args: &Render) -> Result<u8, Failure> {
         let corners = [region.x0, region.y0, region.x1, region.y1];
         Frames::new(folder, (settings.width, settings.height), corners)
     });
+    let coincident = Arc::new(coincident::find(scene));
     let report = EffectReport::of(
-        scene,
+        (scene, &coincident),
         &settings.requested(),
         &imported.left_out,
         &imported.diagnostics,
@@ -99,7 +100,10 @@ pub fn run(args: &Render) -> Result<u8, Failure> {
             scene_file::count(saved.samples().into(), "sample")
         ));
     }
-    let rendering = crate::render::resume(scene, &settings, saved.as_ref(), &watcher);
+    let session = Session::new(scene, settings.clone());
+    let rendering = session
+        .with_coincident(coincident)
+        .resume(saved.as_ref(), &watcher);
     reporter.end();
     let mut rendering =
         rendering.map_err(|error| Failure::new(format!("{}: {error}", path.display())))?;

@@ -2,7 +2,7 @@
 
 use crate::effects::{self, Effect, TRANSMISSION};
 use crate::render::{BounceLimits, EffectChoice, LightSampling, RenderSettings, called_for};
-use crate::scene::Scene;
+use crate::scene::{Scene, coincident};
 use enumset::EnumSet;
 use serde::Serialize;
 
@@ -31,7 +31,7 @@ pub struct Variant {
 
 /// One for each effect that the scene and the settings call for.
 pub fn variants(scene: &Scene, settings: &RenderSettings) -> Vec<Variant> {
-    let called_for = called_for(scene, settings);
+    let called_for = called_for((scene, &coincident::find(scene)), settings);
     let mut list = without_effects(settings, called_for);
     list.extend(fewer_bounces(settings, called_for));
     list.extend(other_techniques(settings));

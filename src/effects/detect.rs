@@ -3,7 +3,7 @@
 use super::census::{self, Census};
 use super::requested::RequestedSettings;
 use super::table::{COUNT, Decided, TABLE, row};
-use crate::scene::coincident;
+use crate::scene::coincident::{self, Coincident};
 use crate::scene::graph::{Opacity, PrincipledSummary, Slot};
 use crate::scene::{
     Diagnostics, Effect, Environment, Instance, LeftOut, Light, LightKind, Material, Medium, Mesh,
@@ -303,8 +303,7 @@ impl Findings {
         }
     }
 
-    fn coincident(&mut self, scene: &Scene) {
-        let coincident = coincident::find(scene);
+    fn coincident(&mut self, scene: &Scene, coincident: &Coincident) {
         for &instance in coincident.faces.keys() {
             let name = &scene.instances[instance as usize].name;
             self.object(Effect::CoincidentFaces, name);
@@ -476,17 +475,17 @@ impl EffectReport {
     /// Looks at what is placed in the scene, as the first camera sees it.
     pub fn detect(scene: &Scene) -> Self {
         Self::of(
-            scene,
+            (scene, &coincident::find(scene)),
             &RequestedSettings::default(),
             &[],
             &Diagnostics::default(),
         )
     }
 
-    /// Looks at what is placed in a scene, and at what the settings ask for; `left_out` is what [`crate::scene::simplify`] has
+    /// Looks at what is placed in a scene, with what coincides in it, and at what the settings ask for; `left_out` is what [`crate::scene::simplify`] has
     /// left out of it, `told` what the importer has said.
     pub fn of(
-        scene: &Scene,
+        (scene, coincident): (&Scene, &Coincident),
         requested: &RequestedSettings,
         left_out: &[LeftOut],
         told: &Diagnostics,
@@ -518,7 +517,7 @@ impl EffectReport {
         }
         found.lights(scene);
         found.nested(scene);
-        found.coincident(scene);
+        found.coincident(scene, coincident);
         found.camera(scene, requested.camera);
         let lamp = |light: &&Light| shines(light) && !matches!(light.kind, LightKind::Sun { .. });
         emitters += scene.lights.iter().filter(lamp).count() as u64;

@@ -13,6 +13,7 @@ use crate::film::filter::FilterTable;
 use crate::film::light_passes::Asked;
 use crate::integrator::{self, Kernel, PathSettings};
 use crate::sampler::Sequence;
+use crate::scene::coincident::Coincident;
 use crate::scene::{Camera, Diagnostics, Material, Scene};
 use crate::world::{EmbreeError, LightShares, Options, Stale, World};
 use enumset::EnumSet;
@@ -64,11 +65,16 @@ struct Wanted<'a> {
     effects: EnumSet<Effect>,
     /// Light groups.
     groups: usize,
+    /// What coincides in the scene.
+    coincident: &'a Coincident,
     made_for: MadeFor,
 }
 
 impl<'a> Wanted<'a> {
-    fn new(scene: &'a Scene, settings: &RenderSettings) -> Result<Self, RenderError> {
+    fn new(
+        (scene, coincident): (&'a Scene, &'a Coincident),
+        settings: &RenderSettings,
+    ) -> Result<Self, RenderError> {
         let setting = RenderError::Setting;
         check(settings).map_err(setting)?;
         let number = settings.camera.unwrap_or(0);
@@ -78,7 +84,7 @@ impl<'a> Wanted<'a> {
                 count => format!("camera {number} is not in the scene, which has {count}"),
             })
         })?;
-        let called_for = called_for(scene, settings);
+        let called_for = called_for((scene, coincident), settings);
         let effects = match &settings.effects {
             EffectChoice::Auto => called_for,
             EffectChoice::All => effects::ALL,
@@ -96,6 +102,7 @@ impl<'a> Wanted<'a> {
             called_for,
             effects,
             groups: scene.light_groups.len(),
+            coincident,
             made_for: MadeFor {
                 // The lens is the view's.
                 effects: effects - Effect::DepthOfField,
@@ -141,17 +148,29 @@ impl<'a> Wanted<'a> {
             aovs,
             vectors,
             roughens,
+            coincident: Some(self.coincident),
+        }
+    }
+
+    /// For the world of the shadow catchers alone.
+    fn options_of_catchers(&self) -> Options<'a> {
+        Options {
+            coincident: None,
+            ..self.options()
         }
     }
 }
 
 impl Prepared {
-    /// Makes a scene ready.
+    /// Makes a scene ready, with what coincides in it.
     ///
     /// # Errors
     /// A setting makes no picture or does not fit the scene; or Embree fails.
-    pub fn new(scene: &Scene, settings: &RenderSettings) -> Result<Self, RenderError> {
-        let wanted = Wanted::new(scene, settings)?;
+    pub fn new(
+        (scene, coincident): (&Scene, &Coincident),
+        settings: &RenderSettings,
+    ) -> Result<Self, RenderError> {
+        let wanted = Wanted::new((scene, coincident), settings)?;
         let threads = wanted.made_for.threads;
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
@@ -161,7 +180,7 @@ impl Prepared {
             })?;
         let worlds = pool.install(|| {
             let alone = wanted.made_for.catchers.then(|| {
-                let options = wanted.options();
+                let options = wanted.options_of_catchers();
                 World::new(&scene.of_catchers(), &options)
             });
             Ok((World::new(scene, &wanted.options())?, alone.transpose()?))
@@ -176,23 +195,23 @@ impl Prepared {
     /// As [`Self::new`].
     pub fn renewed(
         mut self,
-        scene: &Scene,
+        (scene, coincident): (&Scene, &Coincident),
         settings: &RenderSettings,
         stale: Stale,
     ) -> Result<(Self, Stale), RenderError> {
-        let wanted = Wanted::new(scene, settings)?;
+        let wanted = Wanted::new((scene, coincident), settings)?;
         if wanted.made_for != self.made_for {
-            return Ok((Self::new(scene, settings)?, Stale::ALL));
+            return Ok((Self::new((scene, coincident), settings)?, Stale::ALL));
         }
-        let options = wanted.options();
         let mut alone = self.catchers.take().map(|catchers| catchers.world);
         let made = self
             .pool
             .install(|| {
                 if let Some(world) = &mut alone {
+                    let options = wanted.options_of_catchers();
                     world.renew(&scene.of_catchers(), &options, stale)?;
                 }
-                self.world.renew(scene, &options, stale)
+                self.world.renew(scene, &wanted.options(), stale)
             })
             .map_err(|e| RenderError::Embree(e.0))?;
         let worlds = (self.world, alone);
@@ -299,8 +318,8 @@ pub fn long(scene: &Scene) -> Option<Event> {
     })
 }
 
-/// Effects that the scene calls for as the camera of the settings sees it.
-pub fn called_for(scene: &Scene, settings: &RenderSettings) -> EnumSet<Effect> {
+/// Effects that the scene, with what coincides in it, calls for as the camera of the settings sees it.
+pub fn called_for(scene: (&Scene, &Coincident), settings: &RenderSettings) -> EnumSet<Effect> {
     let report = EffectReport::of(scene, &settings.requested(), &[], &Diagnostics::default());
     report.called_for & effects::ALL
 }

@@ -5,7 +5,7 @@ use super::saved::Traced;
 use super::trace::Job;
 use super::{RenderError, RenderSettings};
 use crate::integrator::{End, Lit, Scattered, Scattering, Step};
-use crate::scene::{RayKind, Scene};
+use crate::scene::{RayKind, Scene, coincident};
 use glam::Vec3;
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
@@ -120,7 +120,7 @@ pub fn replay(
             "pixel {x}, {y} is outside of the picture of {width} x {height} pixels, whose first is 0, 0"
         )));
     }
-    let prepared = Prepared::new(scene, settings)?;
+    let prepared = Prepared::new((scene, &coincident::find(scene)), settings)?;
     let job = prepared.job(scene, settings, &Traced::default());
     let recorded = job.record(x, y, sample);
     let path = &recorded.path;

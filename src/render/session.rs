@@ -3,11 +3,13 @@
 use super::prepare::Prepared;
 use super::schedule::{self, Begun};
 use super::{Observer, RenderError, RenderSettings, Rendering, Saved};
+use crate::scene::coincident::{self, Coincident};
 use crate::scene::validate::clean;
 use crate::scene::{Camera, Diagnostics, Environment, Light, Material, Mesh, Scene};
 use crate::world::Stale;
 use glam::DAffine3;
 use std::borrow::Cow;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// A change of a scene. Numbers are those of the scene's lists.
@@ -108,6 +110,8 @@ pub struct Session<'a> {
     settings: RenderSettings,
     prepared: Option<Prepared>,
     stale: Stale,
+    /// What coincides in the scene as it is now, once it has been looked for.
+    coincident: Option<Arc<Coincident>>,
 }
 
 impl<'a> Session<'a> {
@@ -118,6 +122,7 @@ impl<'a> Session<'a> {
             settings,
             prepared: None,
             stale: Stale::NONE,
+            coincident: None,
         }
     }
 
@@ -128,6 +133,16 @@ impl<'a> Session<'a> {
             settings,
             prepared: None,
             stale: Stale::NONE,
+            coincident: None,
+        }
+    }
+
+    /// The same, for who has looked already for what coincides in its scene.
+    #[must_use]
+    pub fn with_coincident(self, coincident: Arc<Coincident>) -> Self {
+        Self {
+            coincident: Some(coincident),
+            ..self
         }
     }
 
@@ -276,10 +291,15 @@ impl<'a> Session<'a> {
     /// As [`Self::render`].
     pub fn prepare(&mut self) -> Result<Stale, RenderError> {
         let stale = std::mem::take(&mut self.stale);
-        let kept = self.prepared.take();
-        let (prepared, made) = match kept {
-            Some(prepared) => prepared.renewed(&self.scene, &self.settings, stale)?,
-            None => (Prepared::new(&self.scene, &self.settings)?, Stale::ALL),
+        if stale.geometry || stale.lights {
+            self.coincident = None;
+        }
+        let scene = &*self.scene;
+        let looked_for = || Arc::new(coincident::find(scene));
+        let scene = (scene, &**self.coincident.get_or_insert_with(looked_for));
+        let (prepared, made) = match self.prepared.take() {
+            Some(prepared) => prepared.renewed(scene, &self.settings, stale)?,
+            None => (Prepared::new(scene, &self.settings)?, Stale::ALL),
         };
         self.prepared = Some(prepared);
         Ok(made)

@@ -5,13 +5,15 @@
 //! black; of two that are turned, rounding decides, for about half of the rays (measured in 5.2.3: 0.35 to 0.76, most 0.5).
 
 mod grid;
+mod seen;
 mod turned;
+mod twins;
 
 use super::{Instance, Light, LightKind, Mesh, Scene};
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
 /// What lies on a triangle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -46,6 +48,9 @@ pub struct OnFaces {
 /// Triangles, instances expanded, that are looked at. What a scene has beyond them is taken to lie alone: it would cost more
 /// seconds than its rays.
 const MOST_TRIANGLES: usize = 1 << 24;
+
+/// Triangles and corners that a thread takes at once: fewer are not worth a second thread.
+const AT_ONCE: usize = 4096;
 
 /// What a transform may be off a turn by right angles: Blender's sine and cosine of one are f32.
 const RIGHT_ANGLE: f64 = 1e-6;
@@ -110,15 +115,22 @@ pub fn find(scene: &Scene) -> Coincident {
     if !scene.is_from_blender() {
         return found;
     }
-    let mut flats = flats(scene);
-    // Stable: faces of one plane mostly stand together already.
-    flats.sort_by_key(|flat| flat.plane);
+    // Each takes about as long as the others.
+    let (flats, (twins, turned)) = rayon::join(
+        || {
+            let mut flats = flats(scene);
+            // Stable: faces of one plane mostly stand together already.
+            flats.sort_by_key(|flat| flat.plane);
+            flats
+        },
+        || rayon::join(|| twins::find(scene), || turned::find(scene)),
+    );
     for group in flats.chunk_by(|a, b| a.plane == b.plane) {
         for number in overlapping(group, |_, _| true) {
             found.mark(scene, &group[number], Overlap::Flat);
         }
     }
-    for (instance, triangle) in twins(scene).into_iter().chain(turned::find(scene)) {
+    for (instance, triangle) in twins.into_iter().chain(turned) {
         found.turned(scene, instance, triangle);
     }
     let lights = (0..).zip(&scene.lights);
@@ -328,97 +340,6 @@ fn overlapping_few(group: &[Flat], may: impl Fn(usize, usize) -> bool) -> Vec<us
 fn bits(p: Vec3) -> [u32; 3] {
     // The two zeros are one place.
     p.to_array().map(|value| (value + 0.0).to_bits())
-}
-
-/// Mixes the bits of a word (Steele, Lea and Flood, *Fast Splittable Pseudorandom Number Generators*, 2014).
-fn mixed(mut word: u64) -> u64 {
-    word = (word ^ (word >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    word = (word ^ (word >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    word ^ (word >> 31)
-}
-
-/// Triangles that have all corners of another, bit for bit in world space and f32.
-fn twins(scene: &Scene) -> Vec<(u32, u32)> {
-    let count = |instance: &Instance| mesh_of(scene, instance).triangles.len();
-    let all: usize = scene.instances.iter().map(count).sum();
-    let mut seen = Seen::new(all.min(MOST_TRIANGLES));
-    // The hash of a triangle: the sum of those of its corners, whichever comes first.
-    let each = |visit: &mut dyn FnMut(u32, u32, u64)| {
-        let mut left = MOST_TRIANGLES;
-        for (number, instance) in (0..).zip(&scene.instances) {
-            if moves(scene, instance) {
-                continue;
-            }
-            let mesh = mesh_of(scene, instance);
-            left = left.saturating_sub(mesh.triangles.len());
-            if left == 0 {
-                return;
-            }
-            let hash = |p: &[f32; 3]| {
-                let [x, y, z] = bits(placed(&instance.world_from_object, *p)).map(u64::from);
-                mixed(mixed(x | (y << 32)) ^ z)
-            };
-            let hashes: Vec<u64> = mesh.positions.iter().map(hash).collect();
-            for (triangle, corners) in (0..).zip(&mesh.triangles) {
-                let [a, b, c] = corners.map(|corner| hashes[corner as usize]);
-                if a != b && b != c && c != a {
-                    visit(number, triangle, mixed(a.wrapping_add(b).wrapping_add(c)));
-                }
-            }
-        }
-    };
-    each(&mut |_, _, hash| seen.add(hash));
-    let mut places: HashMap<[[u32; 3]; 3], Vec<(u32, u32)>> = HashMap::new();
-    if seen.any {
-        each(&mut |number, triangle, hash| {
-            if seen.was_twice(hash) {
-                let instance = &scene.instances[number as usize];
-                let of = corners(mesh_of(scene, instance), triangle);
-                let mut corners = of.map(|p| bits(placed(&instance.world_from_object, p)));
-                corners.sort_unstable();
-                places.entry(corners).or_default().push((number, triangle));
-            }
-        });
-    }
-    places.retain(|_, of| of.len() > 1);
-    places.into_values().flatten().collect()
-}
-
-/// Hashes that were seen once and twice, as Bloom's filter with one function has them: some are told to be that were not.
-struct Seen {
-    once: Vec<u64>,
-    twice: Vec<u64>,
-    any: bool,
-}
-
-impl Seen {
-    fn new(count: usize) -> Self {
-        let words = (count / 4).next_power_of_two();
-        Self {
-            once: vec![0; words],
-            twice: vec![0; words],
-            any: false,
-        }
-    }
-
-    fn place(&self, hash: u64) -> (usize, u64) {
-        let word = (hash >> 6) as usize & (self.once.len() - 1);
-        (word, 1 << (hash & 63))
-    }
-
-    fn add(&mut self, hash: u64) {
-        let (word, bit) = self.place(hash);
-        if self.once[word] & bit != 0 {
-            self.twice[word] |= bit;
-            self.any = true;
-        }
-        self.once[word] |= bit;
-    }
-
-    fn was_twice(&self, hash: u64) -> bool {
-        let (word, bit) = self.place(hash);
-        self.twice[word] & bit != 0
-    }
 }
 
 /// The plane across an axis in which an area light lies, and its box there.

@@ -195,6 +195,7 @@ pub fn prepared(scene: &Scene) -> Result<World, RenderError> {
         aovs: false,
         vectors: false,
         roughens: false,
+        coincident: None,
         ablation: Ablation::default(),
     };
     World::new(scene, &options).map_err(|error| RenderError::Embree(error.0))

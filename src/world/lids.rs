@@ -12,7 +12,7 @@ use crate::ffi::embree::Ray;
 use crate::light::Drawn;
 use crate::math::float::{self, BoundedPoint};
 use crate::sampler;
-use crate::scene::coincident::{self, Overlap};
+use crate::scene::coincident::{self, Coincident, Overlap};
 use crate::scene::{AreaShape, LightKind, Scene};
 use glam::Vec3;
 use lamps::Lamp;
@@ -44,8 +44,9 @@ fn of_plane(normal: Vec3) -> Vec3 {
 
 impl Lids {
     /// `None` if nothing coincides. Solids whose materials state priorities are left to those.
-    pub fn new(scene: &Scene) -> Option<Self> {
-        let coincident = coincident::find(scene);
+    pub fn new(scene: &Scene, known: Option<&Coincident>) -> Option<Self> {
+        let found = known.is_none().then(|| coincident::find(scene));
+        let coincident = known.or(found.as_ref())?;
         let (mut faces, mut entries) = (Vec::new(), Vec::new());
         for (number, instance) in scene.instances.iter().enumerate() {
             entries.push(faces.len() as u32);

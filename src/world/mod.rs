@@ -174,6 +174,8 @@ pub struct Options<'a> {
     pub vectors: bool,
     /// Paths make surfaces rougher than they are ("filter glossy").
     pub roughens: bool,
+    /// What coincides in the scene; `None` if it has not been looked for.
+    pub coincident: Option<&'a scene::coincident::Coincident>,
 }
 
 /// How light samples are shared out among lights. The picture is the same but for clamping, and for noise.

@@ -355,7 +355,7 @@ impl Geometry {
                 options,
             ),
             lids: if options.effects.contains(Effect::CoincidentFaces) {
-                Lids::new(scene)
+                Lids::new(scene, options.coincident)
             } else {
                 None
             },

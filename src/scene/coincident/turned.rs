@@ -1,9 +1,11 @@
 //! Faces that overlap in a plane that is turned, with corners of their own: a cushion pushed into a sofa of the same slope.
 
-use super::{Flat, Plane, corners, mesh_of, moves, overlapping, placed};
+use super::seen::{Seen, mixed};
+use super::{AT_ONCE, Flat, Plane, corners, mesh_of, moves, overlapping, placed};
 use crate::math::float;
-use crate::scene::Scene;
+use crate::scene::{Instance, Scene};
 use glam::{DVec2, DVec3, Vec3};
+use rayon::prelude::*;
 
 /// Triangles of a scene up to which such faces are looked for: a million takes about a fifth of a second.
 const MOST_TRIANGLES: usize = 1 << 20;
@@ -26,6 +28,17 @@ struct Face {
     triangle: u32,
 }
 
+/// The plane of a face in world space.
+struct Placed {
+    instance: u32,
+    triangle: u32,
+    normal: DVec3,
+    /// From the origin.
+    distance: f64,
+    /// The largest coordinate of a corner.
+    size: f64,
+}
+
 /// Triangles that overlap another in their plane, whichever way it lies.
 pub(super) fn find(scene: &Scene) -> Vec<(u32, u32)> {
     let count = |instance| mesh_of(scene, instance).triangles.len();
@@ -33,54 +46,77 @@ pub(super) fn find(scene: &Scene) -> Vec<(u32, u32)> {
         return Vec::new();
     }
     let mut faces = faces(scene);
-    faces.sort_unstable_by_key(|face| (face.cell, face.instance, face.triangle));
-    let mut found = Vec::new();
-    for group in faces.chunk_by(|a, b| a.cell == b.cell) {
-        if group.len() > 1 {
-            found.extend(overlaps(scene, group));
-        }
-    }
-    found
+    faces.par_sort_unstable_by_key(|face| (face.cell, face.instance, face.triangle));
+    let cells: Vec<&[Face]> = faces
+        .chunk_by(|a, b| a.cell == b.cell)
+        .filter(|cell| cell.len() > 1)
+        .collect();
+    cells
+        .par_iter()
+        .flat_map_iter(|cell| overlaps(scene, cell))
+        .collect()
 }
 
+/// Faces, but for those that are seen to be alone in their cell: of what is curved, nearly all.
 fn faces(scene: &Scene) -> Vec<Face> {
-    let mut faces = Vec::new();
-    let mut extent = 0f64;
-    let mut planes: Vec<(DVec3, f64)> = Vec::new();
-    for (number, instance) in (0..).zip(&scene.instances) {
-        if moves(scene, instance) {
-            continue;
-        }
-        let mesh = mesh_of(scene, instance);
-        let place = |p: &[f32; 3]| placed(&instance.world_from_object, *p);
-        let places: Vec<Vec3> = mesh.positions.iter().map(place).collect();
-        for (triangle, of) in (0..).zip(&mesh.triangles) {
-            let [a, b, c] = of.map(|corner| places[corner as usize].as_dvec3());
-            let Some(normal) = (b - a).cross(c - a).try_normalize() else {
-                continue;
-            };
-            let normal = normal * 1f64.copysign(normal.dot(ASIDE));
-            extent = extent.max(a.abs().max_element());
-            planes.push((normal, normal.dot(a)));
-            faces.push(Face {
-                cell: 0,
-                instance: number,
-                triangle,
-            });
-        }
-    }
-    for (face, (normal, distance)) in faces.iter_mut().zip(planes) {
+    let still = (0..)
+        .zip(&scene.instances)
+        .filter(|(_, instance)| !moves(scene, instance));
+    let planes: Vec<Placed> = still
+        .collect::<Vec<_>>()
+        .into_par_iter()
+        .flat_map(|(number, instance)| planes(scene, number, instance))
+        .collect();
+    let extent = planes.par_iter().map(|plane| plane.size);
+    let extent = extent.reduce(|| 0.0, f64::max);
+    let face = |plane: &Placed| {
         let cell = |value: f64, cells: f64| ((value + 2.0) * cells + OFF_ROUND) as u64;
-        let share = if extent > 0.0 { distance / extent } else { 0.0 };
+        let share = if extent > 0.0 {
+            plane.distance / extent
+        } else {
+            0.0
+        };
         // No share is above √3, and no cell above 2¹⁵.
-        face.cell = normal
+        let cell = plane
+            .normal
             .to_array()
             .into_iter()
             .fold(cell(share, DISTANCE_CELLS), |sum, component| {
                 sum << 15 | cell(component, NORMAL_CELLS)
             });
-    }
+        Face {
+            cell,
+            instance: plane.instance,
+            triangle: plane.triangle,
+        }
+    };
+    let mut faces: Vec<Face> = planes.par_iter().map(face).collect();
+    let seen = Seen::new(faces.len());
+    faces.par_iter().for_each(|face| seen.add(mixed(face.cell)));
+    faces.retain(|face| seen.was_twice(mixed(face.cell)));
     faces
+}
+
+/// The planes of an instance's triangles that have one.
+fn planes(scene: &Scene, number: u32, instance: &Instance) -> Vec<Placed> {
+    let mesh = mesh_of(scene, instance);
+    let place = |p: &[f32; 3]| placed(&instance.world_from_object, *p);
+    let positions = mesh.positions.par_iter().with_min_len(AT_ONCE);
+    let places: Vec<Vec3> = positions.map(place).collect();
+    let plane = |(triangle, of): (usize, &[u32; 3])| {
+        let [a, b, c] = of.map(|corner| places[corner as usize].as_dvec3());
+        let normal = (b - a).cross(c - a).try_normalize()?;
+        let normal = normal * 1f64.copysign(normal.dot(ASIDE));
+        Some(Placed {
+            instance: number,
+            triangle: triangle as u32,
+            normal,
+            distance: normal.dot(a),
+            size: a.abs().max_element(),
+        })
+    };
+    let triangles = mesh.triangles.par_iter().with_min_len(AT_ONCE);
+    triangles.enumerate().filter_map(plane).collect()
 }
 
 /// Those of a cell that overlap.

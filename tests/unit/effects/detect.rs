@@ -14,7 +14,12 @@ fn what_the_program_has_is_found_in_the_scene_whatever_is_said_of_it() {
     let mut told = Diagnostics::default();
     let (sun, verdict) = ("a sun", Verdict::Exact);
     told.report_effect(Effect::Suns, "any", verdict, sun, "Sun", "rendered");
-    let set = EffectReport::of(&Scene::default(), &RequestedSettings::default(), &[], &told);
+    let set = EffectReport::of(
+        (&Scene::default(), &Coincident::default()),
+        &RequestedSettings::default(),
+        &[],
+        &told,
+    );
     assert_eq!(set.findings[Effect::Suns as usize].state, State::LeftOut);
     assert!(set.called_for.is_empty());
 }
