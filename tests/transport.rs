@@ -22,7 +22,7 @@ mod visibility;
 
 use glam::{DAffine3, DVec3, Vec3};
 use sundog::effects::{self, Matte};
-use sundog::film::Passes;
+use sundog::film::{Pass, Passes};
 use sundog::render::{EffectChoice, LightSampling, RenderSettings, Rendering, Silent, render};
 use sundog::sampler::hashed;
 use sundog::scene::graph::{Node, NodeKind, SimpleBsdf};
@@ -789,6 +789,31 @@ fn special_and_general_kernels_agree_bit_for_bit() {
         covered |= effects::EffectReport::detect(&scene).called_for & effects::ALL;
     }
     assert_eq!(covered, effects::ALL, "the gallery calls for every effect");
+}
+
+/// What denoisers are told, by the kernel for it and by the one that keeps light apart as well, changes no bit of the picture.
+#[test]
+fn what_denoisers_are_told_changes_no_bits() {
+    let features = Passes::COMBINED
+        .with(Pass::DenoisingAlbedo)
+        .with(Pass::DenoisingNormal)
+        .with(Pass::DenoisingDepth);
+    for (name, scene) in gallery() {
+        let with = |passes| {
+            let settings = RenderSettings {
+                passes,
+                ..small(6, 6)
+            };
+            run(&scene, &settings).picture.layers
+        };
+        let told = with(features);
+        assert!(with(Passes::COMBINED)[0].data == told[0].data, "{name}");
+        let apart = with(features.with(Pass::DiffuseColor));
+        for layer in &told {
+            let same = apart.iter().find(|other| other.name == layer.name);
+            assert!(same.unwrap().data == layer.data, "{name}: {}", layer.name);
+        }
+    }
 }
 
 #[test]

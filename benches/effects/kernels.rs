@@ -24,10 +24,10 @@ impl Candidate {
 /// The kernels to look at for a scene that calls for `needed`, the smallest first.
 pub fn candidates(needed: EnumSet<Effect>) -> Vec<Candidate> {
     let needed = needed & PATHS;
-    let (special, kernel) = kernel_for(needed);
+    let (special, kernels) = kernel_for(needed);
     let list = vec![
-        Candidate::new("special", special, kernel),
-        Candidate::new("general", PATHS, GENERAL.1),
+        Candidate::new("special", special, kernels.plain),
+        Candidate::new("general", PATHS, GENERAL.1.plain),
     ];
     list
 }

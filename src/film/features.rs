@@ -3,11 +3,12 @@
 //! As Cycles has them since 2.90 (`denoising_passes.h`): a surface that scatters widely says what it is; one that mirrors hands
 //! the question on along the path, tinted by what it mirrors; between the two there is no step.
 
+use super::light_passes::PassSink;
 use super::sum::{ColorSum, FixedSum};
 use crate::math::average;
 use crate::math::warp::smoothstep;
 use bytemuck::{Pod, Zeroable};
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 /// Facets of this α and wider count as diffuse ones; those of 0 as mirrors.
 const DIFFUSE_ALPHA: f32 = 0.15;
@@ -63,7 +64,7 @@ impl PathFeatures {
 
     /// The same of a path that is followed no further.
     #[must_use]
-    pub fn at_its_end(self) -> Self {
+    fn at_its_end(self) -> Self {
         Self {
             throughput: Vec3::ZERO,
             ..self
@@ -79,19 +80,48 @@ impl PathFeatures {
     fn is_followed(&self) -> bool {
         self.throughput != Vec3::ZERO
     }
+}
 
-    /// A ray has met a surface after a distance.
+impl PassSink for PathFeatures {
+    #[inline(always)]
+    fn first_surface(&mut self, _: impl FnOnce() -> [Vec3; 3], _: impl FnOnce() -> Vec2) {}
+    #[inline(always)]
+    fn first_scattering(&mut self, _: Vec3, _: Vec3, _: bool) {}
+    #[inline(always)]
+    fn scattered(&mut self, _: Vec3, _: bool) {}
+    #[inline(always)]
+    fn emission(&mut self, _: Vec3) {}
+    #[inline(always)]
+    fn environment(&mut self, _: Vec3) {}
+
     #[inline]
-    pub fn meet(&mut self, distance: f32) {
+    fn branch(&mut self, number: u32) {
+        // What denoisers are told follows one path.
+        if number > 0 {
+            *self = self.at_its_end();
+        }
+    }
+
+    /// A medium scatters the path. Cycles takes that for diffuse, with a normal toward the camera (`film_write_denoising_features_volume`).
+    #[inline]
+    fn scatter(&mut self, albedo: impl FnOnce() -> Vec3, toward_camera: impl FnOnce() -> Vec3) {
+        if self.is_followed() {
+            self.albedo += self.throughput * albedo();
+            self.normal += toward_camera();
+            self.throughput = Vec3::ZERO;
+        }
+    }
+
+    #[inline]
+    fn meet(&mut self, distance: f32) {
         if self.is_followed() {
             self.depth += average(self.throughput) * distance;
             self.met = true;
         }
     }
 
-    /// The surface that was met says what it is.
     #[inline]
-    pub fn surface(&mut self, features: impl FnOnce() -> SurfaceFeatures) {
+    fn surface(&mut self, features: impl FnOnce() -> SurfaceFeatures) {
         if !self.is_followed() {
             return;
         }
@@ -112,25 +142,14 @@ impl PathFeatures {
         };
     }
 
-    /// A medium scatters the path. Cycles takes that for diffuse, with a normal toward the camera (`film_write_denoising_features_volume`).
+    /// Light that a ray has found counts as albedo.
     #[inline]
-    pub fn scatter(&mut self, albedo: Vec3, toward_camera: Vec3) {
-        if self.is_followed() {
-            self.albedo += self.throughput * albedo;
-            self.normal += toward_camera;
-            self.throughput = Vec3::ZERO;
-        }
-    }
-
-    /// A ray has found something that shines: its light counts as albedo.
-    #[inline]
-    pub fn shine(&mut self, light: Vec3) {
+    fn shine(&mut self, light: Vec3) {
         self.albedo += self.throughput * light;
     }
 
-    /// The path goes on through a surface that tints it.
     #[inline]
-    pub fn pass(&mut self, tint: Vec3) {
+    fn pass(&mut self, tint: Vec3) {
         self.throughput *= tint;
     }
 }

@@ -206,10 +206,7 @@ impl PassSink for PathPasses {
 
     #[inline]
     fn branch(&mut self, number: u32) {
-        // What denoisers are told follows one path.
-        if number > 0 {
-            self.features = self.features.at_its_end();
-        }
+        self.features.branch(number);
     }
 
     #[inline]
@@ -249,7 +246,7 @@ impl PassSink for PathPasses {
 
     #[inline]
     fn scatter(&mut self, albedo: impl FnOnce() -> Vec3, toward_camera: impl FnOnce() -> Vec3) {
-        self.features.scatter(albedo(), toward_camera());
+        self.features.scatter(albedo, toward_camera);
     }
 
     #[inline]

@@ -17,7 +17,10 @@ pub use settings::PathSettings;
 pub use crate::shading::bsdf::MOST_LOBES;
 
 use crate::camera::CameraRay;
-use crate::effects::{Box, ENVIRONMENT, Effect, General, LAMPS, Matte, Opaque, PATHS, STRUCTURE};
+use crate::effects::{
+    Box, ENVIRONMENT, Effect, Features, General, LAMPS, Matte, Opaque, PATHS, STRUCTURE,
+};
+use crate::film::features::PathFeatures;
 use crate::film::light_passes::PathPasses;
 use crate::sampler::Sampler;
 use crate::world::World;
@@ -32,6 +35,27 @@ pub type PassKernel = fn(&World, &PathSettings, &Sampler, &CameraRay, &mut PathP
 /// The one for all scenes.
 pub const WITH_PASSES: PassKernel = trace_with_passes::<General, PathPasses>;
 
+/// A kernel that tells denoisers what surfaces are like.
+pub type FeatureKernel = fn(&World, &PathSettings, &Sampler, &CameraRay, &mut PathFeatures) -> Path;
+
+/// The kernels for a set of effects: their radiance has the same bits.
+#[derive(Clone, Copy, Debug)]
+pub struct Kernels {
+    /// Of pictures without passes.
+    pub plain: Kernel,
+    /// Of those that are denoised.
+    pub with_features: FeatureKernel,
+}
+
+impl Kernels {
+    const fn of<E: Features>() -> Self {
+        Self {
+            plain: trace::<E>,
+            with_features: trace_with_passes::<E, PathFeatures>,
+        }
+    }
+}
+
 /// A kernel that tells each step.
 pub type RecordingKernel = fn(&World, &PathSettings, &Sampler, &CameraRay, &mut Recorder) -> Path;
 
@@ -39,7 +63,7 @@ pub type RecordingKernel = fn(&World, &PathSettings, &Sampler, &CameraRay, &mut 
 pub const RECORDING: RecordingKernel = trace_with_passes::<General, Recorder>;
 
 /// The one that has everything.
-pub const GENERAL: (EnumSet<Effect>, Kernel) = (PATHS, trace::<General>);
+pub const GENERAL: (EnumSet<Effect>, Kernels) = (PATHS, Kernels::of::<General>());
 
 const BOX: EnumSet<Effect> = enum_set!(Effect::MeshLights);
 const MATTE: EnumSet<Effect> =
@@ -50,15 +74,15 @@ const OPAQUE: EnumSet<Effect> =
 /// The kernels there are, smallest first. State and code of the effects that a kernel lacks are
 /// not in it. Each saves at least 2 % of the instructions on scenes that call for no more: what saves less is a branch in the
 /// general one (textures, cut-outs, normal maps and glass beside facets: 0.4 to 1.5 %; docs/notes/effects.md has the table).
-pub const KERNELS: [(EnumSet<Effect>, Kernel); 4] = [
-    (BOX, trace::<Box>),
-    (MATTE, trace::<Matte>),
-    (OPAQUE, trace::<Opaque>),
+pub const KERNELS: [(EnumSet<Effect>, Kernels); 4] = [
+    (BOX, Kernels::of::<Box>()),
+    (MATTE, Kernels::of::<Matte>()),
+    (OPAQUE, Kernels::of::<Opaque>()),
     GENERAL,
 ];
 
 /// The smallest kernel that has all the effects of a set, as far as they are the path loop's.
-pub fn kernel_for(effects: EnumSet<Effect>) -> (EnumSet<Effect>, Kernel) {
+pub fn kernel_for(effects: EnumSet<Effect>) -> (EnumSet<Effect>, Kernels) {
     let effects = effects & PATHS;
     KERNELS
         .into_iter()

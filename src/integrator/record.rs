@@ -1,6 +1,7 @@
 //! What a path does, step by step, for those who look at a single one: how it comes to its radiance, and which
 //! of its quantities was the first that is not finite.
 
+use crate::film::features::PathFeatures;
 use crate::film::light_passes::{NoPasses, PassSink, PathPasses};
 use crate::math::float::BoundedPoint;
 use crate::shading::Normals;
@@ -18,6 +19,7 @@ pub trait Record {
 
 impl Record for NoPasses {}
 impl Record for PathPasses {}
+impl Record for PathFeatures {}
 
 /// A step of a path. Positions are relative to the world's origin.
 #[derive(Clone, Copy, Debug)]

@@ -11,7 +11,7 @@ use crate::effects::{self, Effect, EffectReport};
 use crate::film::Pass;
 use crate::film::filter::FilterTable;
 use crate::film::light_passes::Asked;
-use crate::integrator::{self, Kernel, PathSettings};
+use crate::integrator::{self, Kernels, PathSettings};
 use crate::sampler::Sequence;
 use crate::scene::coincident::Coincident;
 use crate::scene::{Camera, Diagnostics, Material, Scene};
@@ -226,7 +226,7 @@ impl Prepared {
     ) -> Self {
         let (mask, kernel) = kernel(settings, &world, wanted);
         let catchers = alone.map(|world| CatcherWorld {
-            kernel: plain_kernel(settings, &world, wanted).1,
+            kernel: kernels(settings, &world, wanted).1.plain,
             world,
         });
         Self {
@@ -359,23 +359,28 @@ fn kernel(
         environment: passes.has(Pass::Environment),
     };
     let catches = wanted.made_for.catchers;
-    if asked.features || asked.object || asked.groups > 0 || passes.need_light_passes() || catches {
+    if asked.object || asked.groups > 0 || passes.need_light_passes() || catches {
         let kernel = AnyKernel::WithPasses {
             kernel: integrator::WITH_PASSES,
             asked,
         };
         return (effects::PATHS, kernel);
     }
-    let (mask, kernel) = plain_kernel(settings, world, wanted);
-    (mask, AnyKernel::Plain(kernel))
+    let (mask, kernels) = kernels(settings, world, wanted);
+    let kernel = if asked.features {
+        AnyKernel::WithFeatures(kernels.with_features)
+    } else {
+        AnyKernel::Plain(kernels.plain)
+    };
+    (mask, kernel)
 }
 
-/// The kernel that keeps no light apart, and the effects that it has.
-fn plain_kernel(
+/// The kernels that keep no light apart, and the effects that they have.
+fn kernels(
     settings: &RenderSettings,
     world: &World,
     wanted: &Wanted,
-) -> (EnumSet<Effect>, Kernel) {
+) -> (EnumSet<Effect>, Kernels) {
     match settings.light_sampling {
         LightSampling::Hemisphere => integrator::GENERAL,
         _ if settings.ablation.offsets

@@ -4,13 +4,14 @@ use super::catchers::{CatcherJob, caught};
 use super::tile::{Scanline, Tile, locked};
 use crate::camera::{CameraRay, RayMaker};
 use crate::film::catchers::{CATCHER_SUMS, CatcherPixel, Caught};
-use crate::film::features::PixelFeatures;
+use crate::film::features::{PathFeatures, PixelFeatures};
 use crate::film::filter::FilterTable;
 use crate::film::light_passes::{Asked, PathPasses, PixelPasses};
 use crate::film::objects::{Mist, PixelObjects};
 use crate::film::pixel::{CenterSample, FirstHit, Pixel};
 use crate::integrator::{
-    self, Center, Kernel, PassKernel, Path, PathSettings, Recorder, Step, VECTOR_SUMS,
+    self, Center, FeatureKernel, Kernel, PassKernel, Path, PathSettings, Recorder, Step,
+    VECTOR_SUMS,
 };
 use crate::sampler::{Dimension, Sampler, Sequence};
 use crate::scene::Scene;
@@ -49,7 +50,36 @@ pub struct Recorded {
 #[derive(Clone, Copy)]
 pub enum AnyKernel {
     Plain(Kernel),
+    WithFeatures(FeatureKernel),
     WithPasses { kernel: PassKernel, asked: Asked },
+}
+
+/// What a path has told beside its light.
+#[derive(Default)]
+struct Told {
+    /// Where no light is kept apart.
+    features: Option<PathFeatures>,
+    passes: Option<PathPasses>,
+}
+
+impl Told {
+    fn features(&self) -> Option<&PathFeatures> {
+        let of_passes = || self.passes.as_ref().map(|passes| &passes.features);
+        self.features.as_ref().or_else(of_passes)
+    }
+
+    fn is_finite(&self) -> bool {
+        self.features.as_ref().is_none_or(PathFeatures::is_finite)
+            && self.passes.as_ref().is_none_or(PathPasses::is_finite)
+    }
+
+    /// The same of a path that counts for nothing.
+    fn blank(&self) -> Self {
+        Self {
+            features: self.features.map(|_| PathFeatures::default()),
+            passes: self.passes.as_ref().map(|_| PathPasses::default()),
+        }
+    }
 }
 
 /// What stands beside a pixel's sums, as far as it is kept.
@@ -245,38 +275,38 @@ impl Job<'_> {
         beside: Beside,
         center: Option<&Option<Center>>,
     ) -> Path {
-        let mut light_passes = None;
-        let mut path = self.path(x, y, index, &mut light_passes);
-        let caught = light_passes
+        let mut told = Told::default();
+        let mut path = self.path(x, y, index, &mut told);
+        let caught = told
+            .passes
             .as_ref()
             .and_then(|passes| self.caught((x, y, index), passes, &mut path.rays));
         // Once here, so that estimates of the error, passes and states speak of the same picture.
         path.radiance *= self.exposure;
         path.clamped = path.clamped.map(|taken| taken * self.exposure);
-        if let Some(light_passes) = &mut light_passes {
-            light_passes.expose(self.exposure);
+        if let Some(passes) = &mut told.passes {
+            passes.expose(self.exposure);
         }
-        let passes_finite = light_passes.as_ref().is_none_or(PathPasses::is_finite)
-            && caught.is_none_or(|caught| caught.is_finite());
+        let passes_finite = told.is_finite() && caught.is_none_or(|caught| caught.is_finite());
         if !(path.radiance.is_finite() && path.first.is_finite() && passes_finite) {
             // Counted with its place and cause, black in the picture, never hidden: see `Statistics::non_finite`.
             self.bad(x, y, index);
             path.radiance = Vec3::ZERO;
             path.clamped = [0.0; 2];
             path.first = FirstHit::default();
-            light_passes = light_passes.map(|_| PathPasses::default());
+            told = told.blank();
         }
         if let Some(met) = center {
             path.first.normal = met.map_or(Vec3::ZERO, |met| met.normal);
-            if let Some(light_passes) = &mut light_passes {
-                light_passes.center(met.map(|met| (met.uv, met.object)));
+            if let Some(passes) = &mut told.passes {
+                passes.center(met.map(|met| (met.uv, met.object)));
             }
         }
         let second = self.sequence.sequences().is_second(index);
         pixel.add(second, path.radiance, &path.first);
         if !beside.catchers.is_empty() {
             let mut sums = CatcherPixel::read(beside.catchers);
-            match (&caught, &light_passes) {
+            match (&caught, &told.passes) {
                 (Some(caught), Some(passes)) if passes.split.is_some() => {
                     sums.add_caught(caught, self.exposure)
                 }
@@ -289,15 +319,15 @@ impl Job<'_> {
             }
             sums.write(beside.catchers);
         }
-        if let Some(path) = &light_passes {
+        if let (Some(sums), Some(features)) = (beside.features, told.features()) {
+            sums.add(features);
+        }
+        if let Some(path) = &told.passes {
             if let Some(sums) = beside.light_passes {
                 sums.add(path);
             }
             for (sum, light) in beside.groups.iter_mut().zip(&path.groups) {
                 *sum += light.as_dvec3();
-            }
-            if let Some(sums) = beside.features {
-                sums.add(&path.features);
             }
             if let (Some(sums), Some(object)) = (beside.objects, &path.object) {
                 sums.add(object, self.mist);
@@ -311,7 +341,7 @@ impl Job<'_> {
 
     /// A path by the kernel of the picture. What it tells passes is written in place: it is large, and most pictures have none.
     #[inline]
-    fn path(&self, x: u32, y: u32, index: u32, told: &mut Option<PathPasses>) -> Path {
+    fn path(&self, x: u32, y: u32, index: u32, told: &mut Told) -> Path {
         let sampler = self.sequence.sampler(x, y, index);
         let offset = self.filter.sample(sampler.pair(Dimension::Filter, 0));
         let ray = self.ray(x, y, &sampler, offset);
@@ -320,8 +350,12 @@ impl Job<'_> {
         }
         match self.kernel {
             AnyKernel::Plain(kernel) => kernel(self.world, &self.path, &sampler, &ray),
+            AnyKernel::WithFeatures(kernel) => {
+                let told = told.features.insert(PathFeatures::FOLLOWED);
+                kernel(self.world, &self.path, &sampler, &ray, told)
+            }
             AnyKernel::WithPasses { kernel, asked } => {
-                let told = told.insert(PathPasses::new(asked));
+                let told = told.passes.insert(PathPasses::new(asked));
                 kernel(self.world, &self.path, &sampler, &ray, told)
             }
         }
@@ -370,7 +404,7 @@ impl Job<'_> {
 
     /// The radiance of a sample by the kernel of the picture.
     pub fn radiance(&self, x: u32, y: u32, index: u32) -> Vec3 {
-        self.path(x, y, index, &mut None).radiance
+        self.path(x, y, index, &mut Told::default()).radiance
     }
 
     /// Takes a sample once more, telling each step.
