@@ -282,6 +282,50 @@ class Placed(kit.ExportTest):
             self.near(got, expected[number], 2e-6)
         self.assertEqual(found.info()["instances"], count)
 
+    def unlike_twins(self, collection):
+        """Two objects with one mesh, each with a name, a material and rays of its own."""
+        mesh = kit.cube()
+        mesh.materials.append(None)
+        for name in ("a", "b"):
+            made = bpy.data.objects.new(name, mesh)
+            made.material_slots[0].link = "OBJECT"
+            made.material_slots[0].material = kit.material(f"of {name}")
+            made.visible_glossy = name == "a"
+            collection.objects.link(made)
+
+    def expect_unlike_twins(self, found, count):
+        meshes = {name: found["materials"].index(found.material(f"of {name}")) for name in ("a", "b")}
+        for name, material in meshes.items():
+            nodes = found.nodes(name)
+            self.assertEqual(len(nodes), count)
+            for node in nodes:
+                self.assertEqual(found["meshes"][node["mesh"]]["primitives"][0]["material"], material)
+                told = node.get("extensions", {}).get("SUNDOG_object")
+                self.assertEqual(told, None if name == "a" else {"visibility": {"glossy": False}})
+
+    def test_instances_of_one_mesh_stay_apart(self):
+        inside = bpy.data.collections.new("inside")
+        self.unlike_twins(inside)
+        for number in range(4):
+            self.link(f"place {number}", None, instance_type="COLLECTION", instance_collection=inside, location=(0, 3 * number, 0))
+        self.expect_unlike_twins(self.export(), 4)
+        # Who shows them has a say, too.
+        bpy.data.objects["place 2"].visible_diffuse = False
+        told = [node.get("extensions", {}).get("SUNDOG_object") for node in self.export().nodes("a")]
+        self.assertEqual(sorted(map(str, told)), ["None"] * 3 + ["{'visibility': {'diffuse': False}}"])
+
+    def test_geometry_nodes_pick_of_a_collection(self):
+        inside = bpy.data.collections.new("inside")
+        self.unlike_twins(inside)
+        group = self.scatter(6).modifiers["nodes"].node_group
+        things = group.nodes.new("GeometryNodeCollectionInfo")
+        things.inputs["Collection"].default_value = inside
+        things.inputs["Separate Children"].default_value = True
+        spread = next(node for node in group.nodes if node.bl_idname == "GeometryNodeInstanceOnPoints")
+        spread.inputs["Pick Instance"].default_value = True
+        group.links.new(things.outputs["Instances"], spread.inputs["Instance"])
+        self.expect_unlike_twins(self.export(), 3)
+
     def test_mirrored_and_sheared_copies(self):
         random = numpy.random.default_rng(3)
         matrices = numpy.tile(numpy.eye(4), (200, 1, 1))

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Puts a scene together: walks the depsgraph's instances, and writes nodes for meshes, lights and the camera."""
 
+import array
 import hashlib
 import os
 import time
@@ -44,6 +45,21 @@ def node_matrix(matrix):
     return turned.T.reshape(-1).tolist()
 
 
+class _Placed:
+    """Where objects of one mesh stand that Sundog's extension says the same of."""
+
+    def __init__(self, extension):
+        self.extension, self.names = extension, []
+        # Row by row, in Blender's own precision.
+        self.matrices = array.array("f")
+
+    def add(self, name, instance):
+        """Adds an instance."""
+        self.names.append(name)
+        for row in instance.matrix_world:
+            self.matrices.extend(row)
+
+
 class Exporter:
     """One export. Call `objects`, `camera`, `world` and `finish` in this order."""
 
@@ -73,8 +89,10 @@ class Exporter:
         self._informed = set()
         # The numbers of the values that the materials of a glTF mesh read of objects.
         self._asked = {}
-        # (mesh, SUNDOG_object as text) -> names and matrices.
+        # (mesh, SUNDOG_object as text) -> where it stands.
         self._placed = {}
+        # By what is shown and by whom: instances that differ by their matrices alone.
+        self._alike = {}
         # Of meshes that shine: places -> names.
         self._shining = {}
 
@@ -109,38 +127,53 @@ class Exporter:
 
     def _instance(self, instance):
         shown = instance.object
+        parent = instance.parent if instance.is_instance else None
+        known = None
+        if parent is not None and shown.type == "MESH":
+            # What is shown may be made for the moment, in one place for all that is: what it is made of tells.
+            known = shown.original.as_pointer(), shown.data.as_pointer(), parent.as_pointer()
+            if known in self._alike:
+                if not self._culling.leaves_out(shown, instance.matrix_world):
+                    place, name = self._alike[known]
+                    place.add(name, instance)
+                return
+        place = self._first_instance(instance, shown, parent)
+        if known is not None and place is not None:
+            self._alike[known] = place, shown.name
+
+    def _first_instance(self, instance, shown, parent):
+        """Writes what an instance shows; returns where all that differ from it by their matrices alone may be added."""
         kind = shown.type
         if kind == "LIGHT":
             self._light(instance, shown)
-            return
+            return None
         if kind == "VOLUME" and self._is_switched_off(kind):
-            return
+            return None
         if kind in LEFT_OUT and self._is_switched_off(kind):
-            return
+            return None
         if kind in LEFT_OUT:
             self.verdicts.add("object", shown.name, LOST, f"{LEFT_OUT[kind]} are left out")
-            return
+            return None
         if kind in GREASE_PENCIL:
             # Before 4.3 view layers had no switch for it.
             if getattr(self.view_layer, "use_grease_pencil", True):
                 self.verdicts.add("object", shown.name, EXACT, "Blender draws its Grease Pencil over the picture, as over Cycles'")
-            return
+            return None
         self._hair(instance, shown)
         if kind not in {"MESH", "VOLUME"}:
             # Curves, surfaces, texts and metaballs come a second time, as the meshes they amount to.
-            return
+            return None
         if self._culling.leaves_out(shown, instance.matrix_world):
-            return
+            return None
         if kind == "MESH" and not self.view_layer.use_solid:
             # As Cycles: lamps and the world stay.
-            return
+            return None
         mesh = self._mesh(shown)
         if mesh is None:
-            return
+            return None
         offsets = getattr(shown, "shadow_terminator_shading_offset", 0.0), getattr(shown, "shadow_terminator_geometry_offset", 0.1)
         if kind == "MESH" and (offsets[0] != 0 or abs(offsets[1] - 0.1) > 1e-6):
             self.verdicts.add("object", shown.name, APPROXIMATED, "its Shadow Terminator is as by default: Shading Offset 0, Geometry Offset 0.1")
-        parent = instance.parent if instance.is_instance else None
         extension = visibility.sundog_object([shown, parent], self.view_layer)
         self.verdicts.extend("object", shown.name, self._links.findings.get(shown.name_full, []), untouched=False)
         own = {**self._links.shining(shown), **self._links.lit(shown, parent)}
@@ -160,10 +193,10 @@ class Exporter:
         if moving is not None:
             extension = {**(extension or {}), "motion": [node_matrix(matrix) for matrix in moving]}
             self._add_object(shown.name, mesh, node_matrix(instance.matrix_world), extension)
-            return
-        place = self._placed.setdefault(key, (extension, [], []))
-        place[1].append(shown.name)
-        place[2].append([c for row in instance.matrix_world for c in row])
+            return None
+        place = self._placed.setdefault(key, _Placed(extension))
+        place.add(shown.name, instance)
+        return None if mesh in self._informed or asked or self.motion is not None else place
 
     def _labelled(self, shown, extension):
         """The SUNDOG_object with what passes tell of the object."""
@@ -337,8 +370,9 @@ class Exporter:
         return [(LOST, "the film's transparent glass is left out: the world is seen through it, and the picture is opaque there")]
 
     def _write_placed(self):
-        for (mesh, _), (extension, names, matrices) in self._placed.items():
-            matrices = numpy.array(matrices, float).reshape(-1, 4, 4)
+        for (mesh, _), place in self._placed.items():
+            extension, names = place.extension, place.names
+            matrices = numpy.array(place.matrices, float).reshape(-1, 4, 4)
             finite = numpy.isfinite(matrices).all(axis=(1, 2))
             for index in numpy.nonzero(~finite)[0]:
                 self.verdicts.add("object", names[index], LOST, "it is left out: its place is not a number")
