@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where exported meshes and images are kept, and how the folder stays small."""
 
-import json
 import os
 import time
 from urllib.parse import unquote
@@ -21,10 +20,8 @@ def default_folder():
         return os.path.join(base, "sundog", "blender")
 
 
-def used_by(path):
-    """The files that a .gltf names, absolute."""
-    with open(path, encoding="utf-8") as file:
-        document = json.load(file)
+def used_by(path, document):
+    """The files that a .gltf at a path names, absolute."""
     names = [item.get("uri", "") for table in ("buffers", "images") for item in document.get(table, ())]
     for scene in document.get("scenes", ()):
         world = scene.get("extensions", {}).get("SUNDOG_scene", {}).get("world", {})

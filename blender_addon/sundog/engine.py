@@ -201,7 +201,7 @@ class _LayerRender:
         if _Kept.folder is not None:
             again = export.write_scene(self.depsgraph, self.scene, _Kept.folder, _Kept.folder, move=self.engine.frame_set, views=seen)
             self.record["kept"] = again.path
-        used = cache.used_by(done.path)
+        used = cache.used_by(done.path, done.document)
         cache.mark_used(used, place)
         cache.tidy(place, preferences.get().cache_limit * preferences.GIGABYTE, used)
         return done.path

@@ -31,7 +31,7 @@ def check(context):
             done = usd.write_scene(depsgraph, folder.path)
         else:
             done = export.write_scene(depsgraph, scene, folder.path, place)
-            cache.mark_used(cache.used_by(done.path), place)
+            cache.mark_used(cache.used_by(done.path, done.document), place)
         # The cache and the images lie where they lie.
         outside = ["--allow-outside"] if program.abilities(path).has("allow-outside", "info") else []
         told = json.loads(program.ask(path, "info", done.path, "--json", *outside, seconds=_LOOK))

@@ -14,11 +14,11 @@ from .verdicts import Verdicts
 
 
 class ExportResult:
-    """`path` of the .gltf; `verdicts` as a list of dictionaries; `timings` in seconds by step;
+    """`path` of the .gltf; what is in it as `document`; `verdicts` as a list of dictionaries; `timings` in seconds by step;
     `changed_geometry`: the meshes that were written anew."""
 
-    def __init__(self, path, verdicts, timings, changed_geometry):
-        self.path, self.verdicts = path, verdicts
+    def __init__(self, path, document, verdicts, timings, changed_geometry):
+        self.path, self.document, self.verdicts = path, document, verdicts
         self.timings, self.changed_geometry = timings, changed_geometry
 
 
@@ -57,4 +57,4 @@ def write_scene(depsgraph, scene, folder, cache, *, report=None, move=None, view
         nodes.SceneWide.inlined = None
     timings["total"] = time.perf_counter() - started
     listed = verdicts.as_list()
-    return ExportResult(exporter.path, listed, timings, exporter.changed_geometry)
+    return ExportResult(exporter.path, exporter.document.root, listed, timings, exporter.changed_geometry)

@@ -3,6 +3,7 @@
 
 import array
 import hashlib
+import math
 import os
 import time
 
@@ -45,7 +46,7 @@ def node_matrix(matrix):
     return turned.T.reshape(-1).tolist()
 
 
-class _Placed:
+class _Place:
     """Where objects of one mesh stand that Sundog's extension says the same of."""
 
     def __init__(self, extension):
@@ -58,6 +59,21 @@ class _Placed:
         self.names.append(name)
         for row in instance.matrix_world:
             self.matrices.extend(row)
+
+    def only(self):
+        """As `node_matrix`, of the only one."""
+        # Zeros have no sign.
+        x, y, z, w = (self.matrices[4 * row : 4 * row + 4] for row in range(4))
+        return [c + 0.0 for column in range(4) for c in (x[column], z[column], -y[column], w[column])]
+
+
+class _Described:
+    """An object that another shows: its glTF mesh, and the SUNDOG_object that all its instances have."""
+
+    def __init__(self, name, mesh, extension):
+        self.name, self.mesh, self.extension = name, mesh, extension
+        # Where its instances stand, if nothing but that is their own.
+        self.place = None
 
 
 class Exporter:
@@ -91,8 +107,10 @@ class Exporter:
         self._asked = {}
         # (mesh, SUNDOG_object as text) -> where it stands.
         self._placed = {}
-        # By what is shown and by whom: instances that differ by their matrices alone.
-        self._alike = {}
+        # By what is shown and by whom.
+        self._described = {}
+        # Whether glTF meshes shine.
+        self._emits = {}
         # Of meshes that shine: places -> names.
         self._shining = {}
 
@@ -128,21 +146,22 @@ class Exporter:
     def _instance(self, instance):
         shown = instance.object
         parent = instance.parent if instance.is_instance else None
-        known = None
+        key = None
         if parent is not None and shown.type == "MESH":
             # What is shown may be made for the moment, in one place for all that is: what it is made of tells.
-            known = shown.original.as_pointer(), shown.data.as_pointer(), parent.as_pointer()
-            if known in self._alike:
+            key = shown.original.as_pointer(), shown.data.as_pointer(), parent.as_pointer()
+            if key in self._described:
                 if not self._culling.leaves_out(shown, instance.matrix_world):
-                    place, name = self._alike[known]
-                    place.add(name, instance)
+                    self._place(instance, parent, self._described[key])
                 return
-        place = self._first_instance(instance, shown, parent)
-        if known is not None and place is not None:
-            self._alike[known] = place, shown.name
+        described = self._describe(instance, shown, parent)
+        if described is not None:
+            if key is not None:
+                self._described[key] = described
+            self._place(instance, parent, described)
 
-    def _first_instance(self, instance, shown, parent):
-        """Writes what an instance shows; returns where all that differ from it by their matrices alone may be added."""
+    def _describe(self, instance, shown, parent):
+        """What is the same of all instances of an object that one other shows; None if it is no mesh or none to be rendered."""
         kind = shown.type
         if kind == "LIGHT":
             self._light(instance, shown)
@@ -179,24 +198,32 @@ class Exporter:
         own = {**self._links.shining(shown), **self._links.lit(shown, parent)}
         if own:
             extension = {**(extension or {}), **own}
-        if mesh in self._informed:
-            extension = {**(extension or {}), **object_info.describe(instance)}
         extension = self._labelled(shown, extension)
+        described = _Described(shown.name, mesh, extension)
+        if mesh not in self._informed and not self._asked.get(mesh) and self.motion is None:
+            described.place = self._placed.setdefault((mesh, str(extension)), _Place(extension))
+        return described
+
+    def _place(self, instance, parent, described):
+        """Puts an instance where it stands, with what is its own."""
+        if described.place is not None:
+            described.place.add(described.name, instance)
+            return
+        name, mesh, extension = described.name, described.mesh, described.extension
+        if mesh in self._informed:
+            extension = {**object_info.describe(instance), **(extension or {})}
         asked = self._asked.get(mesh)
         if asked:
             told = object_info.values(instance, self.scene, self.materials.values[: max(asked) + 1], asked, self._instances)
             extension = {**(extension or {}), "values": told}
             if parent is not None and object_info.Placed.misses(parent, [self.materials.values[number] for number in asked]):
-                self.verdicts.add("object", shown.name, APPROXIMATED, "attributes of instances are 0: Blender tells of them from 4.5 on")
-        key = (mesh, str(extension))
-        moving = self.motion.of(instance) if self.motion else None
+                self.verdicts.add("object", name, APPROXIMATED, "attributes of instances are 0: Blender tells of them from 4.5 on")
+        moving = self.motion.of(instance) if self.motion is not None else None
         if moving is not None:
             extension = {**(extension or {}), "motion": [node_matrix(matrix) for matrix in moving]}
-            self._add_object(shown.name, mesh, node_matrix(instance.matrix_world), extension)
-            return None
-        place = self._placed.setdefault(key, _Placed(extension))
-        place.add(shown.name, instance)
-        return None if mesh in self._informed or asked or self.motion is not None else place
+            self._add_object(name, mesh, node_matrix(instance.matrix_world), extension)
+            return
+        self._placed.setdefault((mesh, str(extension)), _Place(extension)).add(name, instance)
 
     def _labelled(self, shown, extension):
         """The SUNDOG_object with what passes tell of the object."""
@@ -372,6 +399,10 @@ class Exporter:
     def _write_placed(self):
         for (mesh, _), place in self._placed.items():
             extension, names = place.extension, place.names
+            if len(names) == 1 and not self._shines(mesh) and all(map(math.isfinite, place.matrices)):
+                # Most of those that have something of their own.
+                self._add_object(names[0], mesh, place.only(), extension)
+                continue
             matrices = numpy.array(place.matrices, float).reshape(-1, 4, 4)
             finite = numpy.isfinite(matrices).all(axis=(1, 2))
             for index in numpy.nonzero(~finite)[0]:
@@ -385,10 +416,17 @@ class Exporter:
             for index, matrix in zip(rest, turned):
                 self._add_object(names[index], mesh, matrix, extension)
 
+    def _shines(self, mesh):
+        """Whether a mesh has a material that emits."""
+        if mesh not in self._emits:
+            parts = self.document.root["meshes"][mesh]["primitives"]
+            materials = [self.document.root["materials"][part["material"]] for part in parts if "material" in part]
+            self._emits[mesh] = any("emissiveFactor" in material for material in materials)
+        return self._emits[mesh]
+
     def _tell_of_twins(self, mesh, names, matrices):
         """What shines and stands in the place of another gives other light in Cycles, by rounding: a quarter of one's, or more than that."""
-        materials = [self.document.root["materials"][part["material"]] for part in self.document.root["meshes"][mesh]["primitives"] if "material" in part]
-        if not any("emissiveFactor" in material for material in materials):
+        if not self._shines(mesh):
             return
         seen = self._shining.setdefault(mesh, {})
         for name, matrix in zip(names, matrices):
