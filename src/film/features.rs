@@ -8,7 +8,7 @@ use super::sum::{ColorSum, FixedSum};
 use crate::math::average;
 use crate::math::warp::smoothstep;
 use bytemuck::{Pod, Zeroable};
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec3};
 
 /// Facets of this α and wider count as diffuse ones; those of 0 as mirrors.
 const DIFFUSE_ALPHA: f32 = 0.15;
@@ -83,17 +83,6 @@ impl PathFeatures {
 }
 
 impl PassSink for PathFeatures {
-    #[inline(always)]
-    fn first_surface(&mut self, _: impl FnOnce() -> [Vec3; 3], _: impl FnOnce() -> Vec2) {}
-    #[inline(always)]
-    fn first_scattering(&mut self, _: Vec3, _: Vec3, _: bool) {}
-    #[inline(always)]
-    fn scattered(&mut self, _: Vec3, _: bool) {}
-    #[inline(always)]
-    fn emission(&mut self, _: Vec3) {}
-    #[inline(always)]
-    fn environment(&mut self, _: Vec3) {}
-
     #[inline]
     fn branch(&mut self, number: u32) {
         // What denoisers are told follows one path.

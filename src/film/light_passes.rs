@@ -12,10 +12,12 @@ use glam::{DVec2, DVec3, Vec2, Vec3};
 pub trait PassSink {
     /// The surface that the camera sees: shares of light that it scatters diffusely, reflects otherwise,
     /// and lets through; texture coordinates.
-    fn first_surface(&mut self, colors: impl FnOnce() -> [Vec3; 3], uv: impl FnOnce() -> Vec2);
+    #[inline(always)]
+    fn first_surface(&mut self, _colors: impl FnOnce() -> [Vec3; 3], _uv: impl FnOnce() -> Vec2) {}
     /// How that surface scatters light from a direction: all of it, the diffuse part, and whether the
     /// direction lies beyond the surface.
-    fn first_scattering(&mut self, whole: Vec3, diffuse: Vec3, beyond: bool);
+    #[inline(always)]
+    fn first_scattering(&mut self, _whole: Vec3, _diffuse: Vec3, _beyond: bool) {}
     /// The first scattering is in a medium.
     #[inline(always)]
     fn first_in_medium(&mut self) {}
@@ -26,11 +28,14 @@ pub trait PassSink {
     #[inline(always)]
     fn branch(&mut self, _number: u32) {}
     /// Light by way of that surface; `indirect`: by way of others too.
-    fn scattered(&mut self, light: Vec3, indirect: bool);
+    #[inline(always)]
+    fn scattered(&mut self, _light: Vec3, _indirect: bool) {}
     /// Light of a surface that shines, straight to the camera.
-    fn emission(&mut self, light: Vec3);
+    #[inline(always)]
+    fn emission(&mut self, _light: Vec3) {}
     /// Light of the world, straight to the camera.
-    fn environment(&mut self, light: Vec3);
+    #[inline(always)]
+    fn environment(&mut self, _light: Vec3) {}
     /// A ray has met a surface after a distance, whichever it is.
     #[inline(always)]
     fn meet(&mut self, _distance: f32) {}
@@ -70,18 +75,7 @@ pub trait PassSink {
 /// All light is one.
 pub struct NoPasses;
 
-impl PassSink for NoPasses {
-    #[inline(always)]
-    fn first_surface(&mut self, _: impl FnOnce() -> [Vec3; 3], _: impl FnOnce() -> Vec2) {}
-    #[inline(always)]
-    fn first_scattering(&mut self, _: Vec3, _: Vec3, _: bool) {}
-    #[inline(always)]
-    fn scattered(&mut self, _: Vec3, _: bool) {}
-    #[inline(always)]
-    fn emission(&mut self, _: Vec3) {}
-    #[inline(always)]
-    fn environment(&mut self, _: Vec3) {}
-}
+impl PassSink for NoPasses {}
 
 /// Kinds of scattering by surfaces: diffuse, glossy, transmission.
 const KINDS: usize = 3;

@@ -194,13 +194,7 @@ impl Record for Recorder {
     }
 }
 
-impl PassSink for Recorder {
-    fn first_surface(&mut self, _: impl FnOnce() -> [Vec3; 3], _: impl FnOnce() -> Vec2) {}
-    fn first_scattering(&mut self, _: Vec3, _: Vec3, _: bool) {}
-    fn scattered(&mut self, _: Vec3, _: bool) {}
-    fn emission(&mut self, _: Vec3) {}
-    fn environment(&mut self, _: Vec3) {}
-}
+impl PassSink for Recorder {}
 
 /// Why a radiance is not finite: the first of its quantities that is not. Objects by their numbers among those
 /// with triangles.
