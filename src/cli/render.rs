@@ -19,7 +19,7 @@ use crate::render::{
 use crate::scene::{Scene, coincident, fingerprint};
 use serde_json::json;
 use std::path::Path;
-use std::sync::{Arc, Mutex};
+use std::sync::Mutex;
 use std::time::Duration;
 
 /// Runs the command.
@@ -70,7 +70,7 @@ pub fn run(args: &Render) -> Result<u8, Failure> {
         let corners = [region.x0, region.y0, region.x1, region.y1];
         Frames::new(folder, (settings.width, settings.height), corners)
     });
-    let coincident = Arc::new(coincident::find(scene));
+    let coincident = coincident::find(scene);
     let report = EffectReport::of(
         (scene, &coincident),
         &settings.requested(),

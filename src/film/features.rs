@@ -62,15 +62,6 @@ impl PathFeatures {
         met: false,
     };
 
-    /// The same of a path that is followed no further.
-    #[must_use]
-    fn at_its_end(self) -> Self {
-        Self {
-            throughput: Vec3::ZERO,
-            ..self
-        }
-    }
-
     /// Whether all of it is.
     pub fn is_finite(&self) -> bool {
         self.albedo.is_finite() && self.normal.is_finite() && self.depth.is_finite()
@@ -87,7 +78,7 @@ impl PassSink for PathFeatures {
     fn branch(&mut self, number: u32) {
         // What denoisers are told follows one path.
         if number > 0 {
-            *self = self.at_its_end();
+            self.throughput = Vec3::ZERO;
         }
     }
 

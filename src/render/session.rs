@@ -9,7 +9,6 @@ use crate::scene::{Camera, Diagnostics, Environment, Light, Material, Mesh, Scen
 use crate::world::Stale;
 use glam::DAffine3;
 use std::borrow::Cow;
-use std::sync::Arc;
 use std::time::Instant;
 
 /// A change of a scene. Numbers are those of the scene's lists.
@@ -111,7 +110,7 @@ pub struct Session<'a> {
     prepared: Option<Prepared>,
     stale: Stale,
     /// What coincides in the scene as it is now, once it has been looked for.
-    coincident: Option<Arc<Coincident>>,
+    coincident: Option<Coincident>,
 }
 
 impl<'a> Session<'a> {
@@ -139,7 +138,7 @@ impl<'a> Session<'a> {
 
     /// The same, for who has looked already for what coincides in its scene.
     #[must_use]
-    pub fn with_coincident(self, coincident: Arc<Coincident>) -> Self {
+    pub fn with_coincident(self, coincident: Coincident) -> Self {
         Self {
             coincident: Some(coincident),
             ..self
@@ -295,8 +294,8 @@ impl<'a> Session<'a> {
             self.coincident = None;
         }
         let scene = &*self.scene;
-        let looked_for = || Arc::new(coincident::find(scene));
-        let scene = (scene, &**self.coincident.get_or_insert_with(looked_for));
+        let looked_for = || coincident::find(scene);
+        let scene = (scene, &*self.coincident.get_or_insert_with(looked_for));
         let (prepared, made) = match self.prepared.take() {
             Some(prepared) => prepared.renewed(scene, &self.settings, stale)?,
             None => (Prepared::new(scene, &self.settings)?, Stale::ALL),

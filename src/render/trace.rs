@@ -46,7 +46,7 @@ pub struct Recorded {
     pub steps: Vec<Step>,
 }
 
-/// A kernel, with or without light apart; then it may be one that tells more of its paths.
+/// A kernel: of light alone, with features for denoisers, or with light apart and what else is asked of paths.
 #[derive(Clone, Copy)]
 pub enum AnyKernel {
     Plain(Kernel),

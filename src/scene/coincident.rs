@@ -115,7 +115,6 @@ pub fn find(scene: &Scene) -> Coincident {
     if !scene.is_from_blender() {
         return found;
     }
-    // Each takes about as long as the others.
     let (flats, (twins, turned)) = rayon::join(
         || {
             let mut flats = flats(scene);
