@@ -99,6 +99,7 @@ impl Census {
                 _ => "there is but one lamp or emissive triangle".into(),
             },
             Effect::Instances => meshes("one place"),
+            Effect::Strands => meshes("triangles"),
             Effect::RayVisibility => "all rays see all objects and lights that any sees".into(),
             Effect::LightLinking => {
                 "all lights light all objects, and all objects cast shadows".into()

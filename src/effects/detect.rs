@@ -223,6 +223,9 @@ impl Findings {
         if placed.places > 1 {
             self.object(Effect::Instances, name);
         }
+        if mesh.has_strands() {
+            self.object(Effect::Strands, name);
+        }
         if mesh.is_smooth() {
             self.object(Effect::SmoothNormals, name);
         }
@@ -506,7 +509,8 @@ impl EffectReport {
             if let Some(user) = users.get_mut(slot) {
                 user.get_or_insert(one.first);
             }
-            if material.emits() {
+            // No light sampling finds strands.
+            if material.emits() && !one.mesh.has_strands() {
                 emitters += (one.places * one.mesh.triangles.len()) as u64;
             }
         }

@@ -70,7 +70,8 @@ pub const PROCEDURAL_TEXTURES: EnumSet<Effect> = enum_set!(
         | Effect::GaborTexture
 );
 /// What can't be left out, as it is how the world is built.
-pub const STRUCTURE: EnumSet<Effect> = enum_set!(Effect::SmoothNormals | Effect::Instances);
+pub const STRUCTURE: EnumSet<Effect> =
+    enum_set!(Effect::SmoothNormals | Effect::Instances | Effect::Strands);
 /// Everything that kernels and worlds may have or lack.
 pub const ALL: EnumSet<Effect> = enum_set!(
     PATHS | PROCEDURAL_TEXTURES | Effect::DepthOfField | Effect::Holdouts | Effect::LightTree

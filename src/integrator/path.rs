@@ -32,8 +32,8 @@ use crate::math::float::{BoundedPoint, is_unit};
 use crate::sampler::{Dimension, Sampler};
 use crate::shading::{Bsdf, BsdfFeatures, BsdfSample, Scattering};
 use crate::world::{
-    Asking, Hit, OtherSide, Passage, Past, RayKind, Scratch, Sender, Source, Surface, Widening,
-    Within, World,
+    Asking, Hit, LeftStrand, OtherSide, Passage, Past, RayKind, Scratch, Sender, Source, Surface,
+    Widening, Within, World,
 };
 use glam::{Vec2, Vec3};
 use std::marker::PhantomData;
@@ -162,6 +162,8 @@ struct Beside {
     counts: Option<Vec3>,
     /// Lobes that surfaces with too many of them went without.
     lobes_left_out: u32,
+    /// The strand that its ray leaves.
+    left: Option<LeftStrand>,
     /// Portals that it has come to, and whether it goes on behind the last.
     portals: u32,
     is_through: bool,
@@ -237,6 +239,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         other_side: OtherSide::default(),
         counts: None,
         lobes_left_out: 0,
+        left: None,
         portals: 0,
         is_through: false,
     };
@@ -342,6 +345,15 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
                     .first_surface(|| bsdf.colors(), || world.texture_coordinates(&found.hit));
             }
             self.light.sink.surface(|| features(&bsdf));
+            // From here on for rays that leave it.
+            let past = Past {
+                left: if E::EVERYTHING {
+                    world.strand_of(&found.hit)
+                } else {
+                    None
+                },
+                ..past
+            };
             let receiver = self.beside.previous.at.receiver;
             self.receive(&found.hit, surface.point.point, bsdf.receiving());
             let vertex = Vertex::<E> {
@@ -434,6 +446,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             other_side: self.beside.other_side.index,
             also: previous.at.also,
             numbers: (self.world.traces()).then_some((*self.sampler, self.bounce)),
+            left: self.beside.left,
         }
     }
 

@@ -169,9 +169,10 @@ fn mesh_of<'a>(scene: &'a Scene, instance: &Instance) -> &'a Mesh {
     &scene.meshes[instance.mesh.0 as usize]
 }
 
-/// What moves lies on nothing for long.
-fn moves(scene: &Scene, instance: &Instance) -> bool {
-    !instance.motion.is_empty() || !mesh_of(scene, instance).motion.is_empty()
+/// What moves lies on nothing for long, and strands have no faces.
+fn lies_on_nothing(scene: &Scene, instance: &Instance) -> bool {
+    let mesh = mesh_of(scene, instance);
+    !instance.motion.is_empty() || !mesh.motion.is_empty() || mesh.has_strands()
 }
 
 /// Whether axes stay axes.
@@ -208,7 +209,7 @@ fn flats(scene: &Scene) -> Vec<Flat> {
     let mut flats = Vec::new();
     for (number, instance) in scene.instances.iter().enumerate() {
         let place = &instance.world_from_object;
-        if !keeps_axes(place) || moves(scene, instance) {
+        if !keeps_axes(place) || lies_on_nothing(scene, instance) {
             continue;
         }
         let mesh = mesh_of(scene, instance);

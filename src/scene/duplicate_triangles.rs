@@ -18,8 +18,8 @@ pub fn make_light(material: &Material) -> bool {
 /// one side: of two that are turned over each can be the one that is seen where back faces are not there.
 pub fn leave_out(mesh: &mut Mesh, double_sided: bool) -> usize {
     let before = mesh.triangles.len();
-    // Those that move may part.
-    if !mesh.motion.is_empty() {
+    // Those that move may part; strands have no faces.
+    if !mesh.motion.is_empty() || mesh.has_strands() {
         return 0;
     }
     let mut seen = HashSet::with_capacity(before);
@@ -66,7 +66,7 @@ pub fn leave_out_across(scene: &mut Scene) -> Dropped {
     let mut dropped = Dropped::default();
     let lights: Vec<bool> = scene.materials.iter().map(make_light).collect();
     let shining: Vec<u32> = (0..scene.instances.len() as u32)
-        .filter(|&i| material_of(scene, i).is_some_and(|m| lights[m]) && !moves(scene, i))
+        .filter(|&i| material_of(scene, i).is_some_and(|m| lights[m]) && !stands_alone(scene, i))
         .collect();
     if shining.len() < 2 {
         return dropped;
@@ -110,10 +110,11 @@ pub fn leave_out_across(scene: &mut Scene) -> Dropped {
     dropped
 }
 
-/// Whether it moves: then it stands where another does for a moment only.
-fn moves(scene: &Scene, instance: u32) -> bool {
+/// Whether it moves: then it stands where another does for a moment only. Strands have no faces that could.
+fn stands_alone(scene: &Scene, instance: u32) -> bool {
     let placed = &scene.instances[instance as usize];
-    !(placed.motion.is_empty() && scene.meshes[placed.mesh.0 as usize].motion.is_empty())
+    let mesh = &scene.meshes[placed.mesh.0 as usize];
+    !placed.motion.is_empty() || !mesh.motion.is_empty() || mesh.has_strands()
 }
 
 /// The number of its material.

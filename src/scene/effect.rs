@@ -143,6 +143,8 @@ pub enum Effect {
     ShadowCatcher,
     /// Surfaces that send rays elsewhere.
     RayPortals,
+    /// Hair, and points.
+    Strands,
 }
 
 impl Effect {

@@ -74,6 +74,10 @@ pub fn fingerprint(scene: &Scene) -> String {
                 }
             }
         }
+        if let Some(strands) = &mesh.strands {
+            block("strands", format!("{:?}", strands.shape).as_bytes());
+            block("radii", bytemuck::cast_slice(&strands.radii));
+        }
         block("triangles", bytemuck::cast_slice(&mesh.triangles));
         block("material", format!("{:?}", mesh.material).as_bytes());
         if mesh.material_label.index != 0.0 {

@@ -16,28 +16,29 @@ impl Mesh {
         let Some(normals) = &self.normals else {
             return false;
         };
-        !self.triangles.iter().all(|triangle| {
-            let at = |values: &[[f32; 3]], i: u32| {
-                let value = values.get(i as usize).copied().unwrap_or_default();
-                DVec3::from(value.map(f64::from))
-            };
-            let [a, b, c] = triangle.map(|i| at(&self.positions, i));
-            let (e, f) = (b - a, c - a);
-            let cross = e.cross(f);
-            let area = cross.length();
-            if area <= 0.0 {
-                return true; // No ray meets it.
-            }
-            let farthest = [a, b, c]
-                .into_iter()
-                .fold(0.0, |c: f64, p| c.max(p.abs().max_element()));
-            let corners = 4.0 * 3f64.sqrt() * farthest * (e.length() + f.length()) / area;
-            let bound = UNIT_ROUNDOFF * (corners + 8.0);
-            let own = cross / area;
-            triangle
-                .iter()
-                .all(|&i| (at(normals, i) - own).length() <= bound)
-        })
+        !self.has_strands()
+            && !self.triangles.iter().all(|triangle| {
+                let at = |values: &[[f32; 3]], i: u32| {
+                    let value = values.get(i as usize).copied().unwrap_or_default();
+                    DVec3::from(value.map(f64::from))
+                };
+                let [a, b, c] = triangle.map(|i| at(&self.positions, i));
+                let (e, f) = (b - a, c - a);
+                let cross = e.cross(f);
+                let area = cross.length();
+                if area <= 0.0 {
+                    return true; // No ray meets it.
+                }
+                let farthest = [a, b, c]
+                    .into_iter()
+                    .fold(0.0, |c: f64, p| c.max(p.abs().max_element()));
+                let corners = 4.0 * 3f64.sqrt() * farthest * (e.length() + f.length()) / area;
+                let bound = UNIT_ROUNDOFF * (corners + 8.0);
+                let own = cross / area;
+                triangle
+                    .iter()
+                    .all(|&i| (at(normals, i) - own).length() <= bound)
+            })
     }
 }
 

@@ -47,6 +47,9 @@ pub(super) fn flatten(scene: &mut Scene) {
         let Some(mesh) = scene.meshes.get(instance.mesh.0 as usize) else {
             continue;
         };
+        if mesh.has_strands() {
+            continue;
+        }
         let key = (instance.mesh, m.to_cols_array().map(f64::to_bits));
         let flat = match made.get(&key) {
             Some(&flat) => flat,

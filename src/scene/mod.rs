@@ -24,6 +24,7 @@ mod motion;
 mod nesting;
 mod settings;
 mod simplify;
+mod strands;
 pub mod tangents;
 pub mod texel;
 pub mod validate;
@@ -49,6 +50,7 @@ pub use metallic_roughness::{
 pub use motion::{CameraMotion, MOST_STEPS, MeshStep, Shutter};
 pub use settings::{ColorManagement, RenderDefaults};
 pub use simplify::simplify;
+pub use strands::{StrandShape, Strands};
 pub use texel::decoded;
 
 pub use visibility::{RayKind, Visibility};
@@ -167,6 +169,8 @@ pub struct Mesh {
     pub part: Option<Part>,
     /// Grids of what fills it, in its own (Blender's) axes.
     pub grids: Option<Arc<Grids>>,
+    /// It is made of strands or points; then `triangles` stand for their segments.
+    pub strands: Option<Strands>,
 }
 
 impl Mesh {
@@ -186,6 +190,9 @@ impl Mesh {
         let attributes = self.attributes.iter_mut();
         let others = attributes.chain(&mut self.tangents).chain(&mut self.colors);
         others.for_each(|values| take(values, of));
+        if let Some(strands) = &mut self.strands {
+            take(&mut strands.radii, of);
+        }
     }
 }
 

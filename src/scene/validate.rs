@@ -454,6 +454,7 @@ fn clean_mesh(mesh: &mut Mesh, tally: &mut Tally, diagnostics: &mut Diagnostics)
         && fits(mesh.radial.as_ref().map(Vec::len))
         && fits(mesh.generated.as_ref().map(Vec::len))
         && fits(mesh.colors.as_ref().map(Vec::len))
+        && fits(mesh.strands.as_ref().map(|strands| strands.radii.len()))
         && mesh
             .attributes
             .iter()
@@ -483,8 +484,16 @@ fn clean_mesh(mesh: &mut Mesh, tally: &mut Tally, diagnostics: &mut Diagnostics)
     let finite = mesh.triangles.len();
     tally.not_finite.add(&mesh.name, whole - finite);
 
-    mesh.triangles
-        .retain(|&[a, b, c]| area_vector(corner(a), corner(b), corner(c)) != DVec3::ZERO);
+    match &mesh.strands {
+        Some(strands) => {
+            let has_size = |&i: &u32| strands.radii[i as usize] > 0.0;
+            mesh.triangles
+                .retain(|corners| corners.iter().any(has_size));
+        }
+        None => mesh
+            .triangles
+            .retain(|&[a, b, c]| area_vector(corner(a), corner(b), corner(c)) != DVec3::ZERO),
+    }
     tally
         .without_area
         .add(&mesh.name, finite - mesh.triangles.len());

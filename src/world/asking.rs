@@ -1,6 +1,7 @@
 //! The ray that asks about a point of a surface, and the scene that it may ask in turn.
 
 use super::geometry::MeshInstance;
+use super::strand::LeftStrand;
 use crate::ffi::embree::Hit;
 use crate::sampler::{Sampler, Sequence};
 use crate::scene::RayKind;
@@ -107,6 +108,8 @@ pub struct Past {
     pub also: u32,
     /// For random numbers, with the number of the bounce, where somebody asks for any.
     pub numbers: Option<(Sampler, u32)>,
+    /// The strand that its ray leaves.
+    pub left: Option<LeftStrand>,
 }
 
 impl Past {
@@ -125,6 +128,7 @@ impl Past {
         other_side: 0.0,
         also: 0,
         numbers: None,
+        left: None,
     };
 
     /// For random numbers; the same for all where nothing is known of the path.

@@ -1,20 +1,17 @@
 //! Meshes, placed meshes, and the surface at a hit.
 
-use super::asking::{Around, Asking};
-use super::material::PreparedMaterial;
+use super::asking::Asking;
 use super::moving::{self, Path, Slack};
 use super::place::{HitPoint, ObjectFacts};
+use super::strand::{Strand, StrandData};
 use super::turned::{
     as_normal, cofactor, double, outside_cofactor, placed_normals, placed_points, unit,
 };
 use crate::effects::{Features, General};
-use crate::ffi::embree::{EmbreeError, Hit, TriangleMesh};
-use crate::math::float::{self, Affine, BoundedPoint, is_unit, triangle_point};
+use crate::ffi::embree::{EmbreeError, TriangleMesh};
+use crate::math::float::{self, Affine, BoundedPoint, triangle_point};
 use crate::scene::graph::TangentKind;
 use crate::scene::{Mesh, Visibility};
-use crate::shading::Normals;
-use crate::shading::program::Computed;
-use crate::shading::{Bsdf, BsdfFeatures, Dielectrics, Principled};
 use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 use std::sync::Arc;
 
@@ -33,6 +30,8 @@ pub struct MeshData {
     pub(super) colors: Option<Vec<[f32; 4]>>,
     /// Attributes that programs ask for, by their numbers.
     pub(super) attributes: Vec<Vec<[f32; 4]>>,
+    /// It is made of strands or points, and the triangles stand for their segments.
+    pub(super) strands: Option<StrandData>,
     /// Index of the material.
     pub material: u32,
 }
@@ -99,6 +98,7 @@ impl MeshData {
             }
         };
         Ok(Self {
+            strands: StrandData::of((mesh, transform), (&positions, &moved))?,
             triangles: Arc::new(moving::triangles(
                 TriangleMesh::new(positions, mesh.triangles.clone())?,
                 moved,
@@ -133,11 +133,13 @@ impl MeshData {
         let colors = self.colors.as_ref().map_or(0, Vec::len);
         let uvs = self.uvs.iter().map(Vec::len).sum();
         let moving: usize = self.moving_normals.iter().map(Vec::len).sum();
+        let strands = self.strands.as_ref().map_or(0, StrandData::bytes);
         (
             of(
                 self.triangles.vertices().len(),
                 12 * (1 + self.triangles.steps()),
-            ) + of(self.triangles.triangles().len(), 12),
+            ) + of(self.triangles.triangles().len(), 12)
+                + strands as u64,
             of(moving + normals + radial + generated, 12) + of(tangents + colors, 16) + of(uvs, 8),
         )
     }
@@ -354,7 +356,12 @@ impl MeshInstance {
 
     /// The same between corners of the mesh.
     #[inline]
-    fn point_between<E: Features>(&self, corners: [Vec3; 3], u: f32, v: f32) -> BoundedPoint {
+    pub(super) fn point_between<E: Features>(
+        &self,
+        corners: [Vec3; 3],
+        u: f32,
+        v: f32,
+    ) -> BoundedPoint {
         let point = self.placed::<E>(triangle_point(corners, u, v));
         if !float::is_near_an_edge(u, v) {
             return point;
@@ -435,190 +442,13 @@ pub(super) fn unit_or_zero(v: Vec3) -> Vec3 {
     }
 }
 
-/// What is asked of a surface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Wanted {
-    /// Where it is and what it emits: its shading normal is the smooth one.
-    Light,
-    /// Its lobes too.
-    Lobes,
-}
-
-/// All that shading needs to know about a hit.
-pub struct Surface<'a> {
-    /// Where, with its error bound.
-    pub point: BoundedPoint,
-    /// On the side from which the ray came.
-    pub normals: Normals,
-    /// The ray came from behind (by winding).
-    pub inside: bool,
-    /// Emitted radiance towards the ray's origin.
-    pub emission: Vec3,
-    /// It only emits.
-    unlit: bool,
-    /// What the material says where it is the same everywhere …
-    constant: &'a Principled,
-    /// … and where it is not, at this point.
-    varying: Option<Principled>,
-    /// Tables of its dielectric.
-    pub dielectrics: &'a Dielectrics,
-    /// In place of the parameters: what has other shaders than one Principled BSDF.
-    pub mixed: Option<Mixed<'a>>,
-    /// Its index of refraction depends on the wavelength.
-    pub disperses: bool,
-}
-
-impl Surface<'_> {
-    /// Whether it only emits.
-    #[inline]
-    pub fn is_unlit(&self) -> bool {
-        self.unlit
-    }
-
-    /// What the material says, where it is not [`Self::mixed`].
-    #[inline]
-    pub fn principled(&self) -> &Principled {
-        self.varying.as_ref().unwrap_or(self.constant)
-    }
-}
-
-/// A surface of several shaders, or of another than a Principled BSDF.
-pub struct Mixed<'a> {
-    material: &'a PreparedMaterial,
-    place: HitPoint<'a>,
-    inside: bool,
-    computed: &'a mut Computed,
-}
-
-impl Mixed<'_> {
-    /// Whether what goes on below the surface has a normal of its own.
-    pub fn bumps_below(&self) -> bool {
-        self.material.bumps_below()
-    }
-
-    /// Adds the lobes of the shaders whose weight is not zero. `smooth`: the normal of shaders without a normal map.
-    #[cold]
-    #[inline(never)]
-    pub fn add_to<K: BsdfFeatures>(&mut self, bsdf: &mut Bsdf<K>, smooth: Vec3) {
-        let inside = self.inside;
-        let side = |n: Vec3| match n {
-            Vec3::ZERO => smooth,
-            n if inside => -n,
-            n => n,
-        };
-        let place = (&self.place, self.place.asking.past, &mut *self.computed);
-        self.material.add_shaders(place, side, bsdf);
-    }
-}
-
-#[inline]
-pub fn surface<'a, E: Features>(
-    (entry, mesh, triangle): (&'a MeshInstance, &'a MeshData, u32),
-    material: &'a PreparedMaterial,
-    hit: &Hit,
-    (origin, asking): (Vec3, Asking<'a>),
-    wanted: Wanted,
-    around: Option<&'a dyn Around>,
-    computed: &'a mut Option<Computed>,
-) -> Surface<'a> {
-    let direction = asking.direction;
-    // Looked up once.
-    let mut at = entry.at(mesh, (triangle, hit.u, hit.v), asking);
-    if E::EVERYTHING {
-        at.around = around;
-    }
-    let corners = mesh.triangles.between(at.corners).map(Vec3::from);
-    let by_corners = entry.point_between::<E>(corners, hit.u, hit.v);
-    let point = float::hit_point(by_corners, origin, direction * hit.distance);
-    let outside = entry.normal_between::<E>(corners);
-    at.outside = outside;
-    let inside = outside.dot(direction) > 0.0;
-    let side = |n: Vec3| if inside { -n } else { n };
-    let geometric = side(outside);
-
-    let mut smooth_outside = outside;
-    if E::CURVED
-        && let Some(normals) = &mesh.normals
-    {
-        let n = unit_or_zero(entry.normal::<E>(at.vector(normals)));
-        if n != Vec3::ZERO {
-            smooth_outside = n;
-        }
-    }
-    let mut smooth = side(smooth_outside);
-    let curved = smooth;
-    if E::EVERYTHING && material.has_normal() {
-        let n = material.normal(&HitPoint {
-            normal: smooth_outside,
-            ..at
-        });
-        if n != Vec3::ZERO {
-            (smooth, smooth_outside, at.normal) = (side(n), n, n);
-        }
-    }
-    let with_lobes = E::EVERYTHING && wanted == Wanted::Lobes;
-    if with_lobes {
-        at.normal = smooth_outside;
-    }
-    let shared = with_lobes.then(|| material.emitted_with_lobes(&at, computed));
-    let emission = shared.flatten().unwrap_or_else(|| material.emitted(&at));
-    let mut shading = smooth;
-    let mut mixed = None;
-    let mut varying = None;
-    if with_lobes {
-        if let Some((parameters, normal)) = material.parameters(&at, computed) {
-            varying = Some(parameters);
-            if normal != Vec3::ZERO {
-                shading = side(normal);
-            }
-        }
-        let past = asking.past;
-        if material.disperses() || past.other_side > 0.0 {
-            let p = varying.unwrap_or(*material.constant_parameters());
-            varying = Some(p.seen_in(past.wavelength).beside(past.other_side));
-        }
-        mixed = material.is_mixed().then_some(Mixed {
-            material,
-            place: at,
-            inside,
-            computed: computed.get_or_insert_default(),
-        });
-    }
-    debug_assert!(
-        [geometric, smooth, shading]
-            .into_iter()
-            .all(|n| n == Vec3::ZERO || is_unit(n)),
-        "normals {geometric} {smooth} {shading}"
-    );
-    let other_side = if E::EVERYTHING {
-        asking.past.other_side
-    } else {
-        0.0
-    };
-    let tables = material.tables_beside(other_side);
-    Surface {
-        point,
-        normals: Normals {
-            geometric,
-            curved,
-            smooth,
-            shading,
-        },
-        inside,
-        emission,
-        unlit: material.unlit,
-        constant: material.constant_parameters(),
-        varying,
-        dielectrics: &tables.dielectrics,
-        mixed,
-        disperses: E::EVERYTHING && material.disperses(),
-    }
-}
-
 impl MeshInstance {
     /// The normal that those of the corners make at a point, outside; the triangle's own where there are none. It can point to the
     /// other side of the triangle, where light from before it is seen by nobody: as in Cycles.
     pub fn smooth_normal(&self, mesh: &MeshData, at: &HitPoint) -> Vec3 {
+        if let Some(strand) = Strand::of(at) {
+            return strand.normal;
+        }
         let outside = at.geometric_normal();
         let Some(normals) = &mesh.normals else {
             return outside;
@@ -647,6 +477,9 @@ impl MeshInstance {
         normal: Vec3,
         (kind, direction): (TangentKind, Vec2),
     ) -> Vec3 {
+        if let Some(strand) = Strand::of(at) {
+            return unit_or_zero(strand.tangent);
+        }
         match kind {
             TangentKind::Uv => match self.tangent_frame(at, normal) {
                 Some((t, b)) => t * direction.x + b * direction.y,

@@ -195,7 +195,9 @@ pub(super) fn prepare(
         for (instance, entry) in entries.iter().enumerate() {
             let mesh = &meshes[entry.mesh as usize];
             let material = &materials[mesh.material as usize];
-            if luminance(material.emission.abs()) <= 0.0
+            // Rays alone find strands that shine: they have no area to sample.
+            if mesh.strands.is_some()
+                || luminance(material.emission.abs()) <= 0.0
                 || (shares != LightShares::ByPlace || material.emission_traces())
                     && is_left_to_rays(material)
             {

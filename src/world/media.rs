@@ -199,6 +199,9 @@ impl World {
         }
         let of_object = |entry: &MeshInstance| {
             let mesh = &self.geometry.meshes[entry.mesh as usize];
+            if mesh.strands.is_some() {
+                return None;
+            }
             of_materials.get(mesh.material as usize)?.as_ref()
         };
         let entries = self.geometry.entries.iter();

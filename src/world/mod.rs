@@ -23,6 +23,8 @@ mod place;
 mod placed;
 mod portal;
 mod shine;
+mod strand;
+mod surface;
 mod turned;
 mod varying;
 mod view;
@@ -32,11 +34,12 @@ pub use crate::light::Source;
 pub use crate::scene::RayKind;
 pub use asking::{Asking, Past, Sender, Widening};
 pub use displacement::displace;
-pub use geometry::{Mixed, Surface, Wanted};
 pub use interfaces::Passage;
 pub use media::{Draws, Flown, Way, Within};
 pub use nesting::OtherSide;
 pub use place::HitPoint;
+pub use strand::LeftStrand;
+pub use surface::{Mixed, Surface, Wanted};
 
 use crate::camera::{Camera, Shutter};
 use crate::effects::{self, Effect, Features, General};
@@ -391,6 +394,9 @@ impl World {
         if self.geometry.meshes.iter().any(|mesh| mesh.has_normals()) {
             set |= Effect::SmoothNormals;
         }
+        if self.geometry.has_strands {
+            set |= Effect::Strands;
+        }
         set
     }
 
@@ -439,6 +445,9 @@ impl World {
         wi: Vec3,
         beyond: bool,
     ) -> Option<Vec3> {
+        if E::EVERYTHING && surface.is_strand {
+            return Some(surface.point.point);
+        }
         let normal = surface.normals.geometric;
         if wi.dot(normal) > 0.0 {
             return Some(float::ray_origin(surface.point, normal));
@@ -474,7 +483,7 @@ impl World {
                 .then(|| self.curved_origin(hit, surface, side, grazing))
                 .flatten()
         };
-        let is_asked = E::CURVED && self.as_cycles && !self.naive_terminator;
+        let is_asked = E::CURVED && self.as_cycles && !self.naive_terminator && !surface.is_strand;
         is_asked
             .then(curved)
             .flatten()
@@ -587,7 +596,7 @@ impl World {
     ) -> Surface<'a> {
         let Scratch { moment, computed } = scratch;
         let object = self.object_at::<E>(hit, moment);
-        geometry::surface::<E>(
+        surface::surface::<E>(
             object,
             &self.materials[object.1.material as usize],
             hit,

@@ -186,6 +186,10 @@ impl MeshData {
                 .collect(),
             colors: self.colors.as_deref().map(pick4),
             attributes: self.attributes.iter().map(|set| pick4(set)).collect(),
+            strands: self
+                .strands
+                .as_ref()
+                .map(|strands| strands.at_time(triangle, time)),
             material: self.material,
         };
         (posed, error)

@@ -56,7 +56,11 @@ impl Nesting {
         let entries = geometry.entries.iter();
         let solids: Vec<_> = entries
             .map(|entry| {
-                let material = geometry.meshes[entry.mesh as usize].material;
+                let mesh = &geometry.meshes[entry.mesh as usize];
+                if mesh.strands.is_some() {
+                    return None;
+                }
+                let material = mesh.material;
                 of_materials.get(material as usize).copied().flatten()
             })
             .collect();

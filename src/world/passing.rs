@@ -66,7 +66,7 @@ impl World {
     /// Opacity of a hit (0 for a back face that is hidden).
     #[inline]
     pub(super) fn opacity<E: Features>(&self, hit: &Hit, direction: Vec3, sender: &Sender) -> f32 {
-        if self.is_hidden(hit, direction) {
+        if self.is_hidden(hit, direction) || E::EVERYTHING && self.is_left(hit, sender.past.left) {
             return 0.0;
         }
         let entry = &self.geometry.entries[hit.object() as usize];
@@ -294,7 +294,7 @@ impl World {
     ) -> Intersection {
         let mut passed = Vec::new();
         let hit = self.nearest_filtered::<E>(ray, |hit| {
-            if self.is_hidden(hit, direction) {
+            if self.is_hidden(hit, direction) || self.is_left(hit, sender.past.left) {
                 return false;
             }
             let stops = Self::stops(hit, self.opacity::<E>(hit, direction, sender), key);
@@ -367,6 +367,9 @@ impl World {
         hit: &Hit,
         (direction, sender): (Vec3, &Sender),
     ) -> bool {
+        if E::EVERYTHING && self.is_left(hit, sender.past.left) {
+            return false;
+        }
         if !(E::EVERYTHING && self.lets_all_pass(hit)) {
             share.light *= match self
                 .is_tinted()

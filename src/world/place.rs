@@ -5,6 +5,7 @@ mod beside;
 use super::asking::{Around, Asking};
 use super::geometry::{MeshData, MeshInstance, unit_or_zero};
 use super::neighbourhood::across;
+use super::strand::Strand;
 use super::view::{View, from_blender, to_blender};
 use crate::effects::General;
 use crate::math::float::{Affine, BoundedPoint};
@@ -176,6 +177,9 @@ impl HitPoint<'_> {
     /// In the mesh's space.
     #[inline]
     pub(super) fn in_mesh(&self) -> Vec3 {
+        if let Some(strand) = Strand::of(self) {
+            return strand.place;
+        }
         self.place_between(self.mesh_corners(), |way| way)
     }
 
@@ -271,10 +275,12 @@ impl HitPoint<'_> {
     /// In the object's own space.
     #[inline]
     fn in_object(&self) -> Vec3 {
-        match self
-            .facts()
-            .and_then(|facts| facts.object_from_world.as_ref())
-        {
+        let facts = self.facts();
+        let to_object = facts.and_then(|facts| facts.object_from_world.as_ref());
+        if let Some(strand) = Strand::of(self) {
+            return to_object.map_or(strand.place, |m| m.vector(strand.place) + m.translation);
+        }
+        match to_object {
             // The corners are brought there, not the point: what their places in the world are rounded to is the same for all points
             // of the triangle, so that small steps are as exact as they are close to the object.
             Some(m) => {
@@ -298,6 +304,9 @@ impl HitPoint<'_> {
     #[inline]
     pub(super) fn geometric_normal(&self) -> Vec3 {
         if self.outside == Vec3::ZERO {
+            if let Some(strand) = Strand::of(self) {
+                return strand.facing;
+            }
             self.entry
                 .geometric_normal::<General>(self.mesh, self.triangle)
         } else {
@@ -518,6 +527,11 @@ impl Place for HitPoint<'_> {
                 number(f32::from(self.asking.past.depths[place]))
             }
             PlaceInput::RayLength => number(self.asking.distance - self.asking.near),
+            PlaceInput::IsStrand
+            | PlaceInput::StrandThickness
+            | PlaceInput::StrandNormal
+            | PlaceInput::PointPosition
+            | PlaceInput::PointRadius => self.strand_info(input, facts.origin),
         }
     }
 

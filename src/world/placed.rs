@@ -41,6 +41,8 @@ pub struct Geometry {
     pub holdouts: Vec<bool>,
     /// The same of shadow catchers.
     pub catchers: Vec<bool>,
+    /// Some are made of strands or points.
+    pub has_strands: bool,
     /// Faces that lie on each other, if any do.
     pub lids: Option<Lids>,
     /// What it was made for, by material.
@@ -92,6 +94,14 @@ impl Needs {
             widened: material.is_widened(),
             goes_below: material.goes_below(),
             has_portal: material.has_portal(),
+        }
+    }
+
+    /// The same of a mesh: rays ask about all strands, as they do not meet what they leave.
+    fn of_mesh(self, mesh: &Mesh) -> Self {
+        Self {
+            filtered: self.filtered || mesh.has_strands(),
+            ..self
         }
     }
 
@@ -191,8 +201,7 @@ impl Builder<'_> {
         if !is_shared {
             let mesh = &*self.still(mesh);
             let data = MeshData::new(mesh, material, Some(&transform), needs.attributes)?;
-            self.top
-                .add_triangles(&data.triangles, needs.filtered, mask)?;
+            Self::add(&mut self.top, &data, needs.filtered, mask)?;
             self.note(|| Part::Mesh(data.triangles.clone()));
             let flipped = transform.matrix3.determinant() < 0.0;
             let entry = MeshInstance::flat(self.meshes.len() as u32, flipped, visibility);
@@ -228,6 +237,19 @@ impl Builder<'_> {
         Ok(())
     }
 
+    /// Adds a mesh to a scene of Embree.
+    fn add(
+        scene: &mut embree::Scene,
+        data: &MeshData,
+        filtered: bool,
+        mask: u32,
+    ) -> Result<u32, EmbreeError> {
+        match &data.strands {
+            Some(strands) => scene.add_strands(&strands.mesh, mask),
+            None => scene.add_triangles(&data.triangles, filtered, mask),
+        }
+    }
+
     /// Takes note of an entry for those who look at one object alone.
     fn note(&mut self, part: impl FnOnce() -> Part) {
         if let Some(parts) = &mut self.parts {
@@ -259,7 +281,7 @@ impl Builder<'_> {
         let mesh = &*self.still(mesh);
         let data = MeshData::new(mesh, material, None, needs.attributes)?;
         let mut child = embree::Scene::new(self.device, self.robust)?;
-        child.add_triangles(&data.triangles, needs.filtered, u32::MAX)?;
+        Self::add(&mut child, &data, needs.filtered, u32::MAX)?;
         let shared = (self.meshes.len() as u32, child.commit()?);
         self.meshes.push(Arc::new(data));
         self.shared[slot] = Some(shared.clone());
@@ -297,7 +319,7 @@ impl Geometry {
             parts: needs.iter().any(|needs| needs.goes_below).then(Vec::new),
         };
         let (mut triangles, mut filtered, mut tinted, mut traces) = (0u64, false, false, false);
-        let mut portals = false;
+        let (mut portals, mut has_strands) = (false, false);
         let objects = objects(scene);
         for (instance, object) in scene.instances.iter().zip(objects) {
             let mesh = &scene.meshes[instance.mesh.0 as usize];
@@ -306,7 +328,8 @@ impl Geometry {
             }
             let default = scene.materials.len() as u32;
             let material = mesh.material.map_or(default, |m| m.0);
-            let needs = needs[material as usize];
+            let needs = needs[material as usize].of_mesh(mesh);
+            has_strands |= mesh.has_strands();
             triangles += mesh.triangles.len() as u64;
             filtered |= needs.filtered;
             tinted |= needs.tinted;
@@ -325,14 +348,14 @@ impl Geometry {
         let (meshes, entries) = (builder.meshes, builder.entries);
         let goes_below = |entry: &MeshInstance| {
             let material = meshes[entry.mesh as usize].material;
-            needs[material as usize].goes_below
+            needs[material as usize].goes_below && meshes[entry.mesh as usize].strands.is_none()
         };
         let insides = match &builder.parts {
             Some(parts) => Insides::new(device, robust, (&entries, parts), goes_below)?,
             None => Insides::default(),
         };
         let close = interfaces::close_entries(&entries, &meshes, |mesh| {
-            needs[mesh.material as usize].ordered
+            needs[mesh.material as usize].ordered && mesh.strands.is_none()
         });
         Ok(Self {
             embree,
@@ -343,6 +366,7 @@ impl Geometry {
             filtered,
             tinted,
             portals,
+            has_strands,
             traces,
             widened,
             insides,

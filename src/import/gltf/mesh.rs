@@ -12,6 +12,7 @@ use super::draco::Decoded;
 
 use super::radial;
 use super::schema::{SundogMaterial, TextureSpaceJson};
+use super::strands::StrandsSource;
 use super::strokes::Stroke;
 use crate::import::budget::Budget;
 use crate::scene::tangents;
@@ -57,6 +58,8 @@ pub(super) struct Attributes<'a> {
     pub motion: Vec<(usize, Option<usize>)>,
     /// Grids of what fills it.
     pub grids: Option<Arc<Grids>>,
+    /// It is drawn as strands or points.
+    pub strands: Option<StrandsSource>,
 }
 
 impl Attributes<'_> {
@@ -166,7 +169,7 @@ pub(super) fn load_primitive(
     }
 
     let corners = read_corners(document, attributes, count, budget)?;
-    let stroke = Stroke::new(mode, &corners, count).filter(|_| attributes.decoded.is_none());
+    let mut stroke = Stroke::new(mode, &corners, count).filter(|_| attributes.decoded.is_none());
     let (triangles, dropped) = match &stroke {
         Some(_) => (Vec::new(), 0),
         None => triangles(attributes, mode, (corners, count), budget)?,
@@ -208,8 +211,12 @@ pub(super) fn load_primitive(
         material_label: material_label(document, attributes.primitive),
         part,
         grids: attributes.grids.clone(),
+        strands: None,
     };
-    if stroke.is_none() {
+    if let Some(strands) = attributes.strands {
+        (mesh.tangents, mesh.radial, mesh.normals) = (None, None, None);
+        strands.draw(document, &mut mesh, stroke.take(), budget)?;
+    } else if stroke.is_none() {
         drop_unused_vertices(&mut mesh);
         complete_for_material(&mut mesh, material, budget, diagnostics)?;
     } else {

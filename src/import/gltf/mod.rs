@@ -27,6 +27,7 @@ mod scene_extension;
 mod schema;
 mod shader_graph;
 mod shapes;
+mod strands;
 mod strokes;
 mod textures;
 mod variants;

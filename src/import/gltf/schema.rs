@@ -3,6 +3,7 @@
 use super::camera_schema::CameraJson;
 use super::ies_lights::IesJson;
 use super::medium::MediumJson;
+use super::strands::StrandsJson;
 use super::words;
 use serde::Deserialize;
 use serde_json::{Map, Value};
@@ -196,6 +197,7 @@ pub(super) struct SundogMesh {
     pub grids: Vec<GridJson>,
     #[serde(default)]
     pub density_by_object: bool,
+    pub strands: Option<StrandsJson>,
     #[serde(flatten)]
     pub unknown: Map<String, Value>,
 }

@@ -12,6 +12,7 @@ use super::material_list::{MaterialKey, key};
 use super::mesh::{Attributes, Loaded, PrimitiveMaterial};
 use super::placement::matrix;
 use super::schema::SundogMesh;
+use super::strands::StrandsSource;
 use super::walk::{Placed, Shaped};
 use super::{draco, extensions, grids, mesh};
 use crate::import::ImportError;
@@ -154,7 +155,7 @@ fn load_mesh(
             ],
             diagnostics,
         );
-        let (mut motion, mut grids) = (Vec::new(), None);
+        let (mut motion, mut grids, mut strands) = (Vec::new(), None, None);
         let (texture_space, generated, vertices) = match document.extension(&pointer, "SUNDOG_mesh")
         {
             None => (None, None, None),
@@ -170,6 +171,12 @@ fn load_mesh(
                 let vertices = named(&extension.vertices).zip(u32::try_from(index).ok());
                 let told = (&*extension.grids, extension.density_by_object);
                 grids = grids::load(document, told, &object, budget, diagnostics)?;
+                if let Some(json) = &extension.strands {
+                    let radius = named(&Some(json.radius.clone()));
+                    let radius =
+                        radius.ok_or_else(|| broken("its strands have no radius".into()))?;
+                    strands = Some(StrandsSource::new(json, radius));
+                }
                 for step in extension.motion {
                     let position = named(&Some(step.position));
                     let position = position
@@ -214,6 +221,7 @@ fn load_mesh(
             vertices,
             motion,
             grids,
+            strands,
         };
         let material = key(primitive);
         let none = PrimitiveMaterial {

@@ -45,6 +45,16 @@ impl Stroke {
         Some(Self { is_points, ends })
     }
 
+    /// Whether they are points.
+    pub(super) fn is_points(&self) -> bool {
+        self.is_points
+    }
+
+    /// Both ends of each; of a point twice the same.
+    pub(super) fn ends(&self) -> &[[u32; 2]] {
+        &self.ends
+    }
+
     /// In words.
     fn name(&self) -> &'static str {
         if self.is_points { "points" } else { "lines" }

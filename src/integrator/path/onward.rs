@@ -69,6 +69,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                     self.throughput *= weight;
                     self.light.sink.pass(weight);
                     self.passed += 1;
+                    self.beside.left = self.world.strand_of(&found.hit);
                     self.beside.walked += found.hit.distance;
                     self.origin = onward;
                     self.span = (RAY_START, f32::INFINITY);
@@ -405,7 +406,8 @@ pub(in crate::integrator) fn tinted<E: Features>(
     (origin, asking): (Vec3, Asking),
     (sampler, bounce, passed): (&Sampler, u32, u32),
 ) -> Tinted {
-    if world.lets_all_pass(hit) {
+    // What is flat for a ray has no place by its corners.
+    if world.lets_all_pass(hit) && world.strand_of(hit).is_none() {
         let (onward, skipped) = world.straight_on(hit, asking.direction);
         return Tinted::Passes(Vec3::ONE, onward, skipped);
     }

@@ -1,7 +1,7 @@
 //! Faces that overlap in a plane that is turned, with corners of their own: a cushion pushed into a sofa of the same slope.
 
 use super::seen::{Seen, mixed};
-use super::{AT_ONCE, Flat, Plane, corners, mesh_of, moves, overlapping, placed};
+use super::{AT_ONCE, Flat, Plane, corners, lies_on_nothing, mesh_of, overlapping, placed};
 use crate::math::float;
 use crate::scene::{Instance, Scene};
 use glam::{DVec2, DVec3, Vec3};
@@ -61,7 +61,7 @@ pub(super) fn find(scene: &Scene) -> Vec<(u32, u32)> {
 fn faces(scene: &Scene) -> Vec<Face> {
     let still = (0..)
         .zip(&scene.instances)
-        .filter(|(_, instance)| !moves(scene, instance));
+        .filter(|(_, instance)| !lies_on_nothing(scene, instance));
     let planes: Vec<Placed> = still
         .collect::<Vec<_>>()
         .into_par_iter()

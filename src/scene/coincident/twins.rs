@@ -1,7 +1,7 @@
 //! Triangles that have all corners of another, bit for bit in world space and f32.
 
 use super::seen::{Seen, mixed};
-use super::{AT_ONCE, MOST_TRIANGLES, bits, corners, mesh_of, moves, placed};
+use super::{AT_ONCE, MOST_TRIANGLES, bits, corners, lies_on_nothing, mesh_of, placed};
 use crate::scene::{Instance, Scene};
 use rayon::prelude::*;
 
@@ -10,7 +10,7 @@ pub(super) fn find(scene: &Scene) -> Vec<(u32, u32)> {
     let mut left = MOST_TRIANGLES;
     let looked_at: Vec<(u32, &Instance)> = (0..)
         .zip(&scene.instances)
-        .filter(|(_, instance)| !moves(scene, instance))
+        .filter(|(_, instance)| !lies_on_nothing(scene, instance))
         .take_while(|(_, instance)| {
             left = left.saturating_sub(mesh_of(scene, instance).triangles.len());
             left > 0

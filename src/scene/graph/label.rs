@@ -103,6 +103,8 @@ impl PlaceInput {
             | Self::PathDepth(_)
             | Self::RayDepth
             | Self::RayLength => "Light Path",
+            Self::IsStrand | Self::StrandThickness | Self::StrandNormal => "Hair Info",
+            Self::PointPosition | Self::PointRadius => "Point Info",
         }
     }
 }

@@ -427,6 +427,11 @@ fn input(
         ("LightPath", "Portal Depth") => PlaceInput::PathDepth(PathDepth::Portal),
         ("LightPath", "Ray Length") => PlaceInput::RayLength,
         ("LightPath", "Ray Depth") => PlaceInput::RayDepth,
+        ("HairInfo", "Is Strand") => PlaceInput::IsStrand,
+        ("HairInfo", "Thickness") => PlaceInput::StrandThickness,
+        ("HairInfo", "Tangent Normal") => PlaceInput::StrandNormal,
+        ("PointInfo", "Position") => PlaceInput::PointPosition,
+        ("PointInfo", "Radius") => PlaceInput::PointRadius,
         _ => return Err(refused()),
     })
 }

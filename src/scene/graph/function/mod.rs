@@ -154,6 +154,16 @@ pub enum PlaceInput {
     IsReflectionRay,
     /// Light Path: how long the ray is.
     RayLength,
+    /// Hair Info: it is a strand.
+    IsStrand,
+    /// Hair Info: how thick the strand is.
+    StrandThickness,
+    /// Hair Info: towards the viewer, across the strand.
+    StrandNormal,
+    /// Point Info: the middle of the point, in the world.
+    PointPosition,
+    /// Point Info: its radius.
+    PointRadius,
 }
 
 impl PlaceInput {
@@ -366,7 +376,10 @@ impl Function {
                 | PlaceInput::IsReflectionRay
                 | PlaceInput::PathDepth(_)
                 | PlaceInput::RayDepth
-                | PlaceInput::RayLength => &[(Float, Lane::One(0))],
+                | PlaceInput::RayLength
+                | PlaceInput::IsStrand
+                | PlaceInput::StrandThickness
+                | PlaceInput::PointRadius => &[(Float, Lane::One(0))],
                 PlaceInput::ObjectColor
                 | PlaceInput::ObjectValue(_)
                 | PlaceInput::Grid { .. }

@@ -1,0 +1,268 @@
+//! Strands and points in the layout that Embree reads in place: curves with a radius, and spheres.
+
+use super::{EmbreeError, Scene, check_steps, sys};
+use glam::{Vec3, Vec4};
+use std::mem::size_of;
+use std::sync::Arc;
+
+/// What strands look like.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StrandKind {
+    /// Flat pieces that face each ray, so many for each segment.
+    Ribbon(u8),
+    /// Round about Catmull-Rom curves.
+    Round,
+    /// Round about straight segments.
+    RoundLinear,
+    /// Spheres.
+    Points,
+}
+
+/// Curves of keys, or points. Hits are numbered by segment or point.
+///
+/// Where a hit lies across a strand stands in its `v`: the sine of the angle between the rounded normal and the ray, from the
+/// middle (0) to the sides (−1, 1). Of points `u` and `v` are the normal's parts along [`StrandMesh::across_points`].
+pub struct StrandMesh {
+    kind: StrandKind,
+    /// Places and radii at steps of time. The first and the last of a curve stand twice: the ends of Catmull-Rom curves.
+    keys: Vec<Vec<[f32; 4]>>,
+    /// The first of the four keys of each segment; of points none.
+    segments: Vec<u32>,
+}
+
+impl StrandMesh {
+    /// Of segments from one vertex to another, or of points (then both are one). A segment that begins where the last one ended
+    /// goes on with its curve. `steps`: the vertices at equal steps of time, one if they stand still.
+    ///
+    /// # Errors
+    /// If there are more steps than Embree takes, or a vertex does not exist.
+    pub fn new(
+        kind: StrandKind,
+        steps: &[Vec<[f32; 3]>],
+        radii: &[f32],
+        segments: impl Iterator<Item = [u32; 2]> + Clone,
+    ) -> Result<Self, EmbreeError> {
+        if steps.len() > 1 {
+            check_steps(steps.len())?;
+        }
+        let count = radii.len();
+        let is_there = |i: u32| (i as usize) < count;
+        if steps.iter().any(|step| step.len() != count) || !segments.clone().flatten().all(is_there)
+        {
+            let words = "strands refer to vertices beyond those that there are";
+            return Err(EmbreeError(words.into()));
+        }
+        let (mut order, mut firsts) = (Vec::new(), Vec::new());
+        let mut end = None;
+        for [from, to] in segments.clone() {
+            if kind == StrandKind::Points {
+                order.push(from);
+                continue;
+            }
+            if end == Some(from) {
+                // The doubled end becomes the next key.
+                order.pop();
+            } else {
+                order.extend([from, from]);
+            }
+            firsts.push(u32::try_from(order.len() - 2).unwrap_or(u32::MAX));
+            order.extend([to, to]);
+            end = Some(to);
+        }
+        let keys = steps.iter().map(|places| {
+            let key = |&i: &u32| {
+                let [x, y, z] = places[i as usize];
+                [x, y, z, radii[i as usize]]
+            };
+            order.iter().map(key).collect()
+        });
+        Ok(Self {
+            kind,
+            keys: keys.collect(),
+            segments: firsts,
+        })
+    }
+
+    /// One segment or point, by its four keys.
+    pub fn single(kind: StrandKind, keys: [Vec4; 4]) -> Self {
+        let is_point = kind == StrandKind::Points;
+        let keys: Vec<[f32; 4]> = keys.iter().map(|key| key.to_array()).collect();
+        Self {
+            kind,
+            keys: vec![if is_point { vec![keys[1]] } else { keys }],
+            segments: if is_point { Vec::new() } else { vec![0] },
+        }
+    }
+
+    /// What they look like.
+    pub fn kind(&self) -> StrandKind {
+        self.kind
+    }
+
+    /// How many steps of time there are.
+    pub fn steps(&self) -> usize {
+        self.keys.len()
+    }
+
+    /// Bytes of the keys and of the numbers of segments.
+    pub fn bytes(&self) -> usize {
+        self.keys.iter().map(|keys| keys.len() * 16).sum::<usize>() + self.segments.len() * 4
+    }
+
+    /// The keys about a segment at a time, the segment from the second to the third; of a point four times the same.
+    pub fn keys_at(&self, segment: u32, time: f32) -> [Vec4; 4] {
+        let intervals = self.keys.len() - 1;
+        if intervals == 0 {
+            return self.keys_of(segment, 0);
+        }
+        let place = time.clamp(0.0, 1.0) * intervals as f32;
+        let step = (place as usize).min(intervals - 1);
+        let share = place - step as f32;
+        let [before, after] = [step, step + 1].map(|step| self.keys_of(segment, step));
+        [0, 1, 2, 3].map(|i| before[i] * (1.0 - share) + after[i] * share)
+    }
+
+    fn keys_of(&self, segment: u32, step: usize) -> [Vec4; 4] {
+        let keys = &self.keys[step];
+        if self.kind == StrandKind::Points {
+            return [Vec4::from(keys[segment as usize]); 4];
+        }
+        let first = self.segments[segment as usize] as usize;
+        [0, 1, 2, 3].map(|i| Vec4::from(keys[first + i]))
+    }
+
+    /// Place and radius on a segment, and how they change along it.
+    pub fn on_curve(kind: StrandKind, [a, b, c, d]: [Vec4; 4], u: f32) -> (Vec4, Vec4) {
+        if !matches!(kind, StrandKind::Ribbon(_) | StrandKind::Round) {
+            return (b + (c - b) * u, c - b);
+        }
+        // Catmull and Rom's uniform curve, of half the way between the neighbours at each key.
+        let (first, third) = ((c - a) * 0.5, (d - b) * 0.5);
+        let square = (c - b) * 3.0 - first * 2.0 - third;
+        let cube = (b - c) * 2.0 + first + third;
+        let at = b + (first + (square + cube * u) * u) * u;
+        (at, first + (square * 2.0 + cube * (3.0 * u)) * u)
+    }
+
+    /// Across a strand, and towards the viewer, as `v` counts: both unit and at right angles to the tangent.
+    pub fn across(tangent: Vec3, direction: Vec3) -> [Vec3; 2] {
+        let view = -direction.normalize_or_zero();
+        let along = tangent.normalize_or(Self::across_points(direction)[0]);
+        let across = along.cross(view);
+        // Seen along the strand any side will do.
+        let across = across.try_normalize();
+        let across = across.unwrap_or_else(|| along.any_orthonormal_vector());
+        [across, across.cross(along)]
+    }
+
+    /// Across the view of a point, as `u` and `v` count.
+    pub fn across_points(direction: Vec3) -> [Vec3; 2] {
+        let view = direction.try_normalize().unwrap_or(Vec3::Z);
+        let (x, y) = view.any_orthonormal_pair();
+        [x, y]
+    }
+}
+
+impl Scene {
+    /// Adds strands or points; their hits are put before the filters of queries. Round ones are met from outside alone, as in
+    /// Cycles. `mask`: see [`super::Ray::mask`].
+    ///
+    /// # Errors
+    /// If Embree refuses them or memory is short.
+    pub fn add_strands(
+        &mut self,
+        strands: &Arc<StrandMesh>,
+        mask: u32,
+    ) -> Result<u32, EmbreeError> {
+        let kind = match strands.kind {
+            StrandKind::Ribbon(_) => sys::RTC_GEOMETRY_TYPE_FLAT_CATMULL_ROM_CURVE,
+            StrandKind::Round => sys::RTC_GEOMETRY_TYPE_ROUND_CATMULL_ROM_CURVE,
+            StrandKind::RoundLinear => sys::RTC_GEOMETRY_TYPE_ROUND_LINEAR_CURVE,
+            StrandKind::Points => sys::RTC_GEOMETRY_TYPE_SPHERE_POINT,
+        };
+        // The segment of a straight piece begins at the second of its four keys.
+        let skipped = usize::from(strands.kind == StrandKind::RoundLinear);
+        let id = self.attach(kind, |geometry| {
+            // SAFETY: the buffers live in `strands`, which this scene keeps; they are not changed any more. Each segment has four
+            // keys from its first on, so that Embree reads none beyond the last; elements are 16 bytes, as Embree reads them.
+            unsafe {
+                sys::rtcSetGeometryTimeStepCount(geometry, strands.keys.len() as u32);
+                for (step, keys) in (0..).zip(&strands.keys) {
+                    sys::rtcSetSharedGeometryBuffer(
+                        geometry,
+                        sys::RTC_BUFFER_TYPE_VERTEX,
+                        step,
+                        sys::RTC_FORMAT_FLOAT4,
+                        keys.as_ptr().add(skipped).cast(),
+                        0,
+                        size_of::<[f32; 4]>(),
+                        keys.len() - skipped,
+                    );
+                }
+                if strands.kind != StrandKind::Points {
+                    sys::rtcSetSharedGeometryBuffer(
+                        geometry,
+                        sys::RTC_BUFFER_TYPE_INDEX,
+                        0,
+                        sys::RTC_FORMAT_UINT,
+                        strands.segments.as_ptr().cast(),
+                        0,
+                        size_of::<u32>(),
+                        strands.segments.len(),
+                    );
+                }
+                if let StrandKind::Ribbon(pieces) = strands.kind {
+                    sys::rtcSetGeometryTessellationRate(geometry, f32::from(pieces.max(1)));
+                } else {
+                    let data: *const StrandMesh = Arc::as_ptr(strands);
+                    sys::rtcSetGeometryUserData(geometry, data.cast_mut().cast());
+                    sys::rtcSetGeometryIntersectFilterFunction(geometry, Some(round_filter));
+                    sys::rtcSetGeometryOccludedFilterFunction(geometry, Some(round_filter));
+                }
+                sys::rtcSetGeometryEnableFilterFunctionFromArguments(geometry, true);
+                sys::rtcSetGeometryMask(geometry, mask);
+            }
+            Ok(())
+        })?;
+        self.handle.strands.push(strands.clone());
+        Ok(id)
+    }
+}
+
+/// Looks at a hit of something round: it is none from inside; else it is told where it lies across the strand. Called by Embree.
+unsafe extern "C" fn round_filter(args: *const sys::RTCFilterFunctionNArguments) {
+    // SAFETY: Embree passes valid arguments; with single-ray queries N is 1, so that the ray and hit are plain RTCRay and RTCHit;
+    // the user data is the StrandMesh that the scene of the geometry keeps. Embree takes the hit from here once it is accepted.
+    unsafe {
+        let args = &*args;
+        if args.N != 1 || *args.valid != -1 {
+            return;
+        }
+        let (r, h) = (
+            &*args.ray.cast::<sys::RTCRay>(),
+            &mut *args.hit.cast::<sys::RTCHit>(),
+        );
+        let strands = &*args.geometryUserPtr.cast::<StrandMesh>();
+        // Ray and normal are both in the space of the strands, also of instances.
+        let direction = Vec3::new(r.dir_x, r.dir_y, r.dir_z);
+        let outside = Vec3::new(h.Ng_x, h.Ng_y, h.Ng_z);
+        if outside.dot(direction) > 0.0 {
+            *args.valid = 0;
+            return;
+        }
+        let normal = outside.normalize_or(-direction.normalize_or_zero());
+        if strands.kind == StrandKind::Points {
+            let [x, y] = StrandMesh::across_points(direction);
+            (h.u, h.v) = (normal.dot(x), normal.dot(y));
+            return;
+        }
+        let keys = strands.keys_at(h.primID, r.time);
+        let (_, along) = StrandMesh::on_curve(strands.kind, keys, h.u);
+        let [across, _] = StrandMesh::across(along.truncate(), direction);
+        h.v = normal.dot(across).clamp(-1.0, 1.0);
+    }
+}
+
+#[cfg(test)]
+#[path = "../../../tests/unit/ffi/strands.rs"]
+mod tests;
