@@ -17,9 +17,7 @@ pub use settings::PathSettings;
 pub use crate::shading::bsdf::MOST_LOBES;
 
 use crate::camera::CameraRay;
-use crate::effects::{
-    Box, ENVIRONMENT, Effect, Features, General, LAMPS, Matte, Opaque, PATHS, STRUCTURE,
-};
+use crate::effects::{Box, ENVIRONMENT, Effect, Features, General, LAMPS, Matte, Opaque, PATHS};
 use crate::film::features::PathFeatures;
 use crate::film::light_passes::PathPasses;
 use crate::sampler::Sampler;
@@ -66,8 +64,14 @@ pub const RECORDING: RecordingKernel = trace_with_passes::<General, Recorder>;
 pub const GENERAL: (EnumSet<Effect>, Kernels) = (PATHS, Kernels::of::<General>());
 
 const BOX: EnumSet<Effect> = enum_set!(Effect::MeshLights);
-const MATTE: EnumSet<Effect> =
-    enum_set!(LAMPS | Effect::MeshLights | Effect::Suns | ENVIRONMENT | STRUCTURE);
+const MATTE: EnumSet<Effect> = enum_set!(
+    LAMPS
+        | Effect::MeshLights
+        | Effect::Suns
+        | ENVIRONMENT
+        | Effect::SmoothNormals
+        | Effect::Instances
+);
 const OPAQUE: EnumSet<Effect> =
     enum_set!(MATTE | Effect::Metal | Effect::Gloss | Effect::DiffuseRoughness);
 

@@ -34,13 +34,17 @@ pub(super) struct Materials<'a> {
 /// A glTF material index (or none), and whether what it is of is drawn without light.
 pub(super) type MaterialKey = (Option<usize>, bool);
 
-/// The material of a primitive. Points and lines without normals show their colour (specification 3.9.6).
-pub(super) fn key(primitive: &Primitive) -> MaterialKey {
+/// The material of a primitive, which stands at a place of the file. Points and lines without normals show their colour
+/// (specification 3.9.6), but for strands.
+pub(super) fn key(document: &Document, pointer: &str, primitive: &Primitive) -> MaterialKey {
     let surfaces = [Mode::Triangles, Mode::TriangleStrip, Mode::TriangleFan];
     let is_surface = matches!(primitive.mode, Checked::Valid(mode) if surfaces.contains(&mode));
-    let lit = primitive
-        .attributes
-        .contains_key(&Checked::Valid(Semantic::Normals));
+    let strands = || {
+        let extension = document.extension(pointer, "SUNDOG_mesh");
+        extension.is_some_and(|extension| extension.get("strands").is_some())
+    };
+    let normals = Checked::Valid(Semantic::Normals);
+    let lit = primitive.attributes.contains_key(&normals) || strands();
     (primitive.material.map(|m| m.value()), !is_surface && !lit)
 }
 
@@ -58,8 +62,9 @@ impl<'a> Materials<'a> {
             let Some(mesh) = document.core.meshes.get(index) else {
                 continue;
             };
-            for primitive in &mesh.primitives {
-                used.insert(key(primitive));
+            for (number, primitive) in mesh.primitives.iter().enumerate() {
+                let pointer = format!("/meshes/{index}/primitives/{number}");
+                used.insert(key(document, &pointer, primitive));
                 if primitive.material.is_none() {
                     bare.get_or_insert_with(|| mesh_name(document, index));
                 }

@@ -223,7 +223,7 @@ fn load_mesh(
             grids,
             strands,
         };
-        let material = key(primitive);
+        let material = key(document, &pointer, primitive);
         let none = PrimitiveMaterial {
             id: None,
             tangents: None,
