@@ -486,7 +486,10 @@ impl Place for HitPoint<'_> {
             }
             PlaceInput::Position => full(to_blender(self.in_world() + facts.origin)),
             PlaceInput::Normal => full(to_blender(self.side(self.outer_normal()))),
-            PlaceInput::Tangent => full(self.around(facts, 2)),
+            PlaceInput::Tangent => full(match Strand::of(self) {
+                Some(strand) => strand.blenders_tangent(),
+                None => self.around(facts, 2),
+            }),
             // The node Tangent knows no steps of Bumps.
             PlaceInput::RadialTangent(axis) => full(self.at_hit().around(facts, axis)),
             PlaceInput::UvTangent => full(self.at_hit().along_uv(facts)),

@@ -12,7 +12,7 @@ use super::view::View;
 use crate::effects::{self, Effect};
 use crate::ffi::embree::{self, CommittedScene, Device, EmbreeError};
 use crate::scene::{Instance, Mesh, RayKind, Scene};
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -143,6 +143,18 @@ fn entries_that(
     let placed = scene.instances.iter();
     let placed = placed.filter(|instance| scene.has_triangles(instance));
     placed.map(are).collect()
+}
+
+/// Whether a transform keeps all angles, within a millionth: as Cycles asks.
+fn scales_evenly(m: &DMat3) -> bool {
+    let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
+    let size = x.length_squared();
+    let close = |value: f64| value.abs() <= 1e-6 * size;
+    close(x.dot(y))
+        && close(y.dot(z))
+        && close(z.dot(x))
+        && close(y.length_squared() - size)
+        && close(z.length_squared() - size)
 }
 
 /// A mesh in object space, in Embree, for those who place it.
@@ -335,7 +347,11 @@ impl Geometry {
             tinted |= needs.tinted;
             portals |= needs.has_portal;
             traces |= needs.traces;
+            // Radii alone cannot say how strands are stretched across.
+            let is_stretched =
+                mesh.has_strands() && !scales_evenly(&instance.world_from_object.matrix3);
             let is_shared = placements[instance.mesh.0 as usize] > 1
+                || is_stretched
                 || builder.moves && !instance.motion.is_empty();
             builder.place(instance, mesh, (material, needs), is_shared)?;
             if let Some(entry) = builder.entries.last_mut() {

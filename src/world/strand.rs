@@ -1,6 +1,7 @@
 //! Strands of hair and points, where rays meet them.
 
 use super::geometry::{MeshInstance, unit_or_zero};
+use super::neighbourhood::across;
 use super::place::HitPoint;
 use super::view::to_blender;
 use super::{Hit, World};
@@ -116,14 +117,21 @@ impl Strand {
                 (normal, center + normal * keys[1].w, Vec3::ZERO)
             }
             _ => {
-                let [across, facing] = StrandMesh::across(along.truncate(), direction);
-                let normal = across * v + facing * height(v * v);
+                let [across, _] = StrandMesh::across(along.truncate(), direction);
+                let around = StrandMesh::around(along.truncate(), direction, v);
+                let lean = StrandMesh::lean(strands.kind(), keys);
+                let normal =
+                    around * height(lean * lean) + along.truncate().normalize_or_zero() * lean;
                 let beside = if is_flat { across * v } else { normal };
                 let place = middle.truncate() + beside * middle.w;
                 (normal, place, along.truncate())
             }
         };
-        let normal = unit_or_zero(entry.normal::<General>(normal));
+        // Of a point that is stretched too: as Cycles has it, from the middle to the place.
+        let normal = unit_or_zero(match strands.kind() {
+            StrandKind::Points => entry.vector::<General>(normal),
+            _ => entry.normal::<General>(normal),
+        });
         let thickness = if entry.is_instance() {
             let third = radius * 2.0 / 3f32.sqrt();
             entry.vector::<General>(Vec3::splat(third)).length()
@@ -143,6 +151,15 @@ impl Strand {
                 let place = entry.transform();
                 place.bounded_point(BoundedPoint { point, error }).point
             },
+        }
+    }
+
+    /// The tangent as the Geometry node tells it: along a strand, and of a point one across its normal. Unit length, Blender's axes.
+    pub fn blenders_tangent(&self) -> Vec3 {
+        if self.tangent == Vec3::ZERO {
+            across(to_blender(self.normal))[0]
+        } else {
+            to_blender(unit_or_zero(self.tangent))
         }
     }
 

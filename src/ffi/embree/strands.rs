@@ -20,8 +20,8 @@ pub enum StrandKind {
 
 /// Curves of keys, or points. Hits are numbered by segment or point.
 ///
-/// Where a hit lies across a strand stands in its `v`: the sine of the angle between the rounded normal and the ray, from the
-/// middle (0) to the sides (−1, 1). Of points `u` and `v` are the normal's parts along [`StrandMesh::across_points`].
+/// Where a hit lies across a strand stands in its `v`, by which [`StrandMesh::around`] finds the rounded normal: from the middle (0)
+/// to the sides (−1, 1), and from there to the middle of the far side, which rays meet from within (−2, 2). Of points `u` and `v` are the normal's parts along [`StrandMesh::across_points`].
 pub struct StrandMesh {
     kind: StrandKind,
     /// Places and radii at steps of time. The first and the last of a curve stand twice: the ends of Catmull-Rom curves.
@@ -144,6 +144,29 @@ impl StrandMesh {
         (at, first + (square * 2.0 + cube * (3.0 * u)) * u)
     }
 
+    /// The normal around a strand that `v` stands for, of unit length.
+    pub fn around(tangent: Vec3, direction: Vec3, v: f32) -> Vec3 {
+        let [across, facing] = Self::across(tangent, direction);
+        let is_far = v.abs() > 1.0;
+        let sine = if is_far {
+            (2.0 - v.abs()).copysign(v)
+        } else {
+            v
+        };
+        let cosine = (1.0 - sine * sine).max(0.0).sqrt();
+        across * sine + facing * if is_far { -cosine } else { cosine }
+    }
+
+    /// The sine by which the normal leans along the strand, as in Cycles: of straight segments that of their cone.
+    pub fn lean(kind: StrandKind, [_, from, to, _]: [Vec4; 4]) -> f32 {
+        let length = (to - from).truncate().length();
+        if kind == StrandKind::RoundLinear && length > 0.0 {
+            ((from.w - to.w) / length).clamp(-1.0, 1.0)
+        } else {
+            0.0
+        }
+    }
+
     /// Across a strand, and towards the viewer, as `v` counts: both unit and at right angles to the tangent.
     pub fn across(tangent: Vec3, direction: Vec3) -> [Vec3; 2] {
         let view = -direction.normalize_or_zero();
@@ -164,8 +187,7 @@ impl StrandMesh {
 }
 
 impl Scene {
-    /// Adds strands or points; their hits are put before the filters of queries. Round ones are met from outside alone, as in
-    /// Cycles. `mask`: see [`super::Ray::mask`].
+    /// Adds strands or points; their hits are put before the filters of queries. `mask`: see [`super::Ray::mask`].
     ///
     /// # Errors
     /// If Embree refuses them or memory is short.
@@ -229,7 +251,7 @@ impl Scene {
     }
 }
 
-/// Looks at a hit of something round: it is none from inside; else it is told where it lies across the strand. Called by Embree.
+/// Tells a hit of something round where it lies across. Points are met from outside alone, as in Cycles. Called by Embree.
 unsafe extern "C" fn round_filter(args: *const sys::RTCFilterFunctionNArguments) {
     // SAFETY: Embree passes valid arguments; with single-ray queries N is 1, so that the ray and hit are plain RTCRay and RTCHit;
     // the user data is the StrandMesh that the scene of the geometry keeps. Embree takes the hit from here once it is accepted.
@@ -246,20 +268,28 @@ unsafe extern "C" fn round_filter(args: *const sys::RTCFilterFunctionNArguments)
         // Ray and normal are both in the space of the strands, also of instances.
         let direction = Vec3::new(r.dir_x, r.dir_y, r.dir_z);
         let outside = Vec3::new(h.Ng_x, h.Ng_y, h.Ng_z);
-        if outside.dot(direction) > 0.0 {
-            *args.valid = 0;
-            return;
-        }
         let normal = outside.normalize_or(-direction.normalize_or_zero());
         if strands.kind == StrandKind::Points {
+            if outside.dot(direction) > 0.0 {
+                *args.valid = 0;
+                return;
+            }
             let [x, y] = StrandMesh::across_points(direction);
             (h.u, h.v) = (normal.dot(x), normal.dot(y));
             return;
         }
         let keys = strands.keys_at(h.primID, r.time);
         let (_, along) = StrandMesh::on_curve(strands.kind, keys, h.u);
-        let [across, _] = StrandMesh::across(along.truncate(), direction);
-        h.v = normal.dot(across).clamp(-1.0, 1.0);
+        // Around the strand alone: where that grows thinner the normal leans forward.
+        let [across, facing] = StrandMesh::across(along.truncate(), direction);
+        let (beside, before) = (normal.dot(across), normal.dot(facing));
+        let around = beside.hypot(before);
+        let sine = if around > 0.0 { beside / around } else { 0.0 };
+        h.v = if before < 0.0 {
+            (2.0 - sine.abs()).copysign(sine)
+        } else {
+            sine
+        };
     }
 }
 
