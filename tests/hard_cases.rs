@@ -75,6 +75,7 @@ groups! {
     self_intersection_and_gaps: "self-intersection and gaps",
     materials: "materials",
     media: "media",
+    strands: "strands",
     sampling_and_sums: "sampling and sums",
     transforms: "transforms",
     interfaces: "interfaces",

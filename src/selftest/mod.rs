@@ -12,6 +12,7 @@ mod materials;
 pub mod media;
 pub mod place;
 pub mod still_life;
+mod strands;
 mod sums;
 mod tally;
 
@@ -78,6 +79,10 @@ pub static GROUPS: &[Group] = &[
     Group {
         name: "media",
         cases: media::CASES,
+    },
+    Group {
+        name: "strands",
+        cases: strands::CASES,
     },
     Group {
         name: "sampling and sums",

@@ -118,8 +118,8 @@ impl Strand {
             }
             _ => {
                 let [across, _] = StrandMesh::across(along.truncate(), direction);
+                let (v, lean) = StrandMesh::across_and_lean(v);
                 let around = StrandMesh::around(along.truncate(), direction, v);
-                let lean = StrandMesh::lean(strands.kind(), keys);
                 let normal =
                     around * height(lean * lean) + along.truncate().normalize_or_zero() * lean;
                 let beside = if is_flat { across * v } else { normal };

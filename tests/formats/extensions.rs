@@ -1,11 +1,12 @@
 //! Extensions that few files have: lamps by photometric files, light by the faces of a cube, animations of anything, points
 //! and lines, and what changes no picture.
 
-use super::kit::{Builder, codes, found, load_bytes, place, png};
+use super::kit::{Builder, UNSIGNED_BYTE, codes, found, load_bytes, place, png};
 use serde_json::{Value, json};
+use sundog::effects::{Effect, EffectReport};
 use sundog::import::{AnimationTime, ImportOptions, Imported, load};
 use sundog::render::{RenderSettings, Silent, render};
-use sundog::scene::{LightKind, Projection, Scene, Verdict};
+use sundog::scene::{LightKind, Projection, Scene, StrandShape, Verdict};
 use sundog::selftest::kit::{camera, colors, diffuse, quad};
 
 fn posed(file: &Builder, seconds: f64) -> Imported {
@@ -283,6 +284,74 @@ fn points_and_lines_have_a_size_by_that_of_the_scene() {
     file.json["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = json!(normals);
     let imported = file.load();
     assert_eq!(imported.scene.meshes[0].material, None);
+}
+
+/// Five vertices: a curve of three, and one of two.
+fn strands(shape: &str) -> Builder {
+    let mut file = Builder::triangle();
+    let places: Vec<f32> = (0..5).flat_map(|i| [i as f32, 0.0, 0.5]).collect();
+    let positions = file.floats("VEC3", &places);
+    let radii = file.floats("SCALAR", &[0.2, 0.1, 0.0, f32::NAN, 0.3]);
+    let points = shape == "points";
+    let indices: &[u8] = if points { &[4, 0] } else { &[0, 1, 1, 2, 3, 4] };
+    let indices = file.accessor("SCALAR", UNSIGNED_BYTE, false, indices.len(), indices);
+    file.json["meshes"][0]["primitives"][0] = json!({
+        "mode": if points { 0 } else { 1 },
+        "attributes": { "POSITION": positions, "_RADIUS": radii },
+        "indices": indices,
+        "extensions": { "SUNDOG_mesh": { "strands": { "shape": shape, "radius": "_RADIUS", "steps": 3 } } }
+    });
+    file
+}
+
+#[test]
+fn lines_and_points_with_a_radius_are_strands() {
+    for (name, shape) in [
+        ("ribbon", StrandShape::Ribbon(3)),
+        ("round", StrandShape::Round),
+        ("round-linear", StrandShape::RoundLinear),
+    ] {
+        let imported = strands(name).load();
+        let mesh = &imported.scene.meshes[0];
+        let found = mesh.strands.as_ref().unwrap();
+        assert_eq!(found.shape, shape);
+        // What is no radius is none; the segments are corners that go there and back.
+        assert_eq!(found.radii, [0.2, 0.1, 0.0, 0.0, 0.3]);
+        assert_eq!(mesh.triangles, [[0, 1, 0], [1, 2, 1], [3, 4, 3]]);
+        assert_eq!(mesh.curves(), [0, 0, 1]);
+        // They are lit, and no size is made up for them.
+        assert!(codes(&imported).is_empty(), "{:?}", codes(&imported));
+        assert_eq!(mesh.material, None);
+        let called_for = EffectReport::detect(&imported.scene).called_for;
+        assert!(called_for.contains(Effect::Strands));
+    }
+    let imported = strands("points").load();
+    let mesh = &imported.scene.meshes[0];
+    let found = mesh.strands.as_ref().unwrap();
+    assert_eq!(found.shape, StrandShape::Points);
+    assert_eq!(mesh.triangles, [[4; 3], [0; 3]]);
+}
+
+#[test]
+fn broken_strands_are_refused_in_a_sentence() {
+    let broken = |change: &dyn Fn(&mut Value)| {
+        let mut file = strands("ribbon");
+        change(&mut file.json["meshes"][0]["primitives"][0]);
+        file.error()
+    };
+    let shape = |shape: &'static str| {
+        move |p: &mut Value| {
+            p["extensions"]["SUNDOG_mesh"]["strands"]["shape"] = json!(shape);
+        }
+    };
+    assert!(broken(&shape("points")).contains("shape of points"));
+    assert!(broken(&shape("wires")).contains("SUNDOG_mesh cannot be read"));
+    let none = broken(&|p| p["extensions"]["SUNDOG_mesh"]["strands"]["radius"] = json!("_R"));
+    assert!(none.contains("strands have no radius"), "{none}");
+    let triangles = broken(&|p| p["mode"] = json!(4));
+    assert!(triangles.contains("drawn as triangles"), "{triangles}");
+    let other = broken(&|p| p["attributes"]["_RADIUS"] = json!(0));
+    assert!(other.contains("mesh \"tri\""), "{other}");
 }
 
 #[test]

@@ -5,6 +5,12 @@ use glam::{Vec3, Vec4};
 use std::mem::size_of;
 use std::sync::Arc;
 
+/// Steps in which a `v` tells how far a normal leans along the strand: a unit of them is this much of `v`, whose own part is less than
+/// half of it …
+const LEAN: f32 = 8.0;
+/// … and so many of them are a right angle's sine. With 2¹¹ in all a float has 13 bits left for what lies across.
+const LEANS: f32 = 256.0;
+
 /// What strands look like.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StrandKind {
@@ -21,7 +27,8 @@ pub enum StrandKind {
 /// Curves of keys, or points. Hits are numbered by segment or point.
 ///
 /// Where a hit lies across a strand stands in its `v`, by which [`StrandMesh::around`] finds the rounded normal: from the middle (0)
-/// to the sides (−1, 1), and from there to the middle of the far side, which rays meet from within (−2, 2). Of points `u` and `v` are the normal's parts along [`StrandMesh::across_points`].
+/// to the sides (−1, 1), and from there to the middle of the far side, which rays meet from within (−2, 2); how far it leans along the strand is
+/// packed with it ([`StrandMesh::across_and_lean`]). Of points `u` and `v` are the normal's parts along [`StrandMesh::across_points`].
 pub struct StrandMesh {
     kind: StrandKind,
     /// Places and radii at steps of time. The first and the last of a curve stand twice: the ends of Catmull-Rom curves.
@@ -157,14 +164,10 @@ impl StrandMesh {
         across * sine + facing * if is_far { -cosine } else { cosine }
     }
 
-    /// The sine by which the normal leans along the strand, as in Cycles: of straight segments that of their cone.
-    pub fn lean(kind: StrandKind, [_, from, to, _]: [Vec4; 4]) -> f32 {
-        let length = (to - from).truncate().length();
-        if kind == StrandKind::RoundLinear && length > 0.0 {
-            ((from.w - to.w) / length).clamp(-1.0, 1.0)
-        } else {
-            0.0
-        }
+    /// What lies across as [`Self::around`] takes it, and the sine by which the normal leans along the strand, of a hit's `v`.
+    pub fn across_and_lean(v: f32) -> (f32, f32) {
+        let steps = (v / LEAN).round();
+        (v - steps * LEAN, steps / LEANS)
     }
 
     /// Across a strand, and towards the viewer, as `v` counts: both unit and at right angles to the tangent.
@@ -285,14 +288,22 @@ unsafe extern "C" fn round_filter(args: *const sys::RTCFilterFunctionNArguments)
         let (beside, before) = (normal.dot(across), normal.dot(facing));
         let around = beside.hypot(before);
         let sine = if around > 0.0 { beside / around } else { 0.0 };
-        h.v = if before < 0.0 {
+        let v = if before < 0.0 {
             (2.0 - sine.abs()).copysign(sine)
         } else {
             sine
         };
+        // Cones lean, and the spheres at their ends; Cycles has what is bent at right angles to its curve.
+        let leans = strands.kind == StrandKind::RoundLinear;
+        let lean = if leans {
+            normal.dot(along.truncate().normalize_or_zero())
+        } else {
+            0.0
+        };
+        h.v = v + (lean * LEANS).round() * LEAN;
     }
 }
 
 #[cfg(test)]
-#[path = "../../../tests/unit/ffi/strands.rs"]
+#[path = "../../../tests/unit/ffi/embree/strands.rs"]
 mod tests;

@@ -59,10 +59,10 @@ impl StrandsSource {
         budget: &Budget,
     ) -> Result<(), String> {
         let Some(stroke) = stroke else {
-            return Err("its SUNDOG_mesh has strands, but its triangles are none".into());
+            return Err("its strands are drawn as triangles, not as lines or points".into());
         };
         if stroke.is_points() != (self.shape == StrandShape::Points) {
-            return Err("its SUNDOG_mesh has points for lines, or lines for points".into());
+            return Err("its strands have the shape of points but are lines, or are points and have another".into());
         }
         let source = Source {
             index: self.radius,

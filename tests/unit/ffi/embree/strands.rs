@@ -51,7 +51,8 @@ fn a_hit_says_where_it_lies_along_and_across() {
             };
             assert!((at.y - y).abs() < chords, "{kind:?}: {at} for {y}");
             // Along y, seen from +z: across is +x.
-            assert!((hit.v - x * 10.0).abs() < 1e-3, "{kind:?} {x}: {}", hit.v);
+            let (across, _) = StrandMesh::across_and_lean(hit.v);
+            assert!((across - x * 10.0).abs() < 1e-3, "{kind:?} {x}: {}", hit.v);
             let height = if kind == StrandKind::Ribbon(3) {
                 0.0
             } else {
@@ -76,8 +77,7 @@ fn the_normal_across_turns_with_the_view() {
             let hit = scene
                 .intersect(&ray([0.05, 0.3, z], direction.to_array()))
                 .unwrap();
-            let [across, facing] = StrandMesh::across(Vec3::Y, direction);
-            let normal = across * hit.v + facing * (1.0 - hit.v * hit.v).sqrt();
+            let normal = StrandMesh::around(Vec3::Y, direction, hit.v);
             let right = Vec3::new(0.5, 0.0, 0.75f32.sqrt() * z.signum());
             assert!(normal.abs_diff_eq(right, 2e-3), "{kind:?} {z}: {normal}");
         }
@@ -85,13 +85,21 @@ fn the_normal_across_turns_with_the_view() {
 }
 
 #[test]
-fn what_is_round_is_met_from_outside_alone() {
-    let inside = ray([0.0, 0.3, 0.0], [1.0, 0.0, 0.0]);
+fn tubes_are_met_from_within_on_their_far_side() {
     for kind in [StrandKind::Round, StrandKind::RoundLinear] {
         let scene = scene_of(&upright(kind));
-        assert_eq!(scene.intersect(&inside), None, "{kind:?}");
-        assert!(!scene.occluded(&inside), "{kind:?}");
-        assert!(scene.occluded(&ray([1.0, 0.3, 0.0], [-1.0, 0.0, 0.0])));
+        let (origin, direction) = (Vec3::new(0.0, 0.3, 0.05), Vec3::X);
+        let inside = ray(origin.to_array(), direction.to_array());
+        assert!(scene.occluded(&inside), "{kind:?}");
+        let hit = scene.intersect(&inside).unwrap();
+        assert!((hit.distance - 0.75f32.sqrt() * 0.1).abs() < 1e-4);
+        let outside = StrandMesh::around(Vec3::Y, direction, hit.v);
+        let right = Vec3::new(0.75f32.sqrt(), 0.0, 0.5);
+        assert!(
+            outside.abs_diff_eq(right, 2e-3),
+            "{kind:?} {}: {outside}",
+            hit.v
+        );
     }
 }
 
@@ -187,4 +195,25 @@ fn strands_refer_to_keys_that_are_there() {
     let places = vec![[0.0; 3]; 2];
     let segments = std::iter::once([0, 2]);
     assert!(StrandMesh::new(StrandKind::Round, &[places], &[0.1; 2], segments).is_err());
+}
+
+#[test]
+fn straight_tubes_lean_as_cones_and_end_in_spheres() {
+    let keys = vec![[0.0, -1.0, 0.0], [0.0, 1.0, 0.0]];
+    let segments = std::iter::once([0, 1]);
+    let strands = StrandMesh::new(StrandKind::RoundLinear, &[keys], &[0.5, 0.1], segments).unwrap();
+    let scene = scene_of(&Arc::new(strands));
+    let normal = |origin: [f32; 3], direction: Vec3| {
+        let hit = scene.intersect(&ray(origin, direction.to_array())).unwrap();
+        let (across, lean) = StrandMesh::across_and_lean(hit.v);
+        let around = StrandMesh::around(Vec3::Y, direction, across);
+        around * (1.0 - lean * lean).sqrt() + Vec3::Y * lean
+    };
+    // The cone is tangent to both spheres: 0.4 m thinner over 2 m. A step of the sine is a 256th.
+    let n = normal([0.0, 0.1, 5.0], -Vec3::Z);
+    let right = Vec3::new(0.0, 0.2, 0.96f32.sqrt());
+    assert!(n.abs_diff_eq(right, 3e-3), "{n}");
+    // From above it is a sphere of a tenth of a metre about its end.
+    let n = normal([0.06, 3.0, 0.0], -Vec3::Y);
+    assert!(n.abs_diff_eq(Vec3::new(0.6, 0.8, 0.0), 5e-3), "{n}");
 }
