@@ -11,7 +11,7 @@ import bpy
 import numpy
 
 from . import camera as cameras
-from . import colorspace, culling, dicing, evaluated, geometry, gltf, graph_write, grids, images, lights, linking, materials, modifiers, motion, nodes, object_info, views, visibility
+from . import colorspace, culling, dicing, evaluated, geometry, gltf, graph_write, grids, images, lights, linking, materials, modifiers, motion, nodes, object_info, strands, views, visibility
 from . import world as worlds
 from .verdicts import APPROXIMATED, EXACT, LOST, Finding
 
@@ -27,10 +27,8 @@ INSTANCING_ERROR = 1e-6
 # Seconds between two words on how far the export is.
 TELL_EVERY = 0.1
 
-LEFT_OUT = {
-    "CURVES": "hair curves",
-    "POINTCLOUD": "point clouds",
-}
+# Objects that are made of strands or points.
+STRANDS = {"CURVES", "POINTCLOUD"}
 
 # Before 4.3 and from then on.
 GREASE_PENCIL = {"GPENCIL", "GREASEPENCIL"}
@@ -136,11 +134,10 @@ class Exporter:
                 self.report(f"{count} objects")
                 told = time.monotonic()
             # `show_self` is off for instancers that are not shown themselves.
-            if not instance.show_self:
-                if instance.show_particles:
-                    self._hair(instance, instance.object)
-                continue
-            self._instance(instance)
+            if instance.show_self:
+                self._instance(instance)
+            if instance.show_particles and self.view_layer.use_strand:
+                self._hair(instance)
         self._write_placed()
 
     def _instance(self, instance):
@@ -168,18 +165,14 @@ class Exporter:
             return None
         if kind == "VOLUME" and self._is_switched_off(kind):
             return None
-        if kind in LEFT_OUT and self._is_switched_off(kind):
-            return None
-        if kind in LEFT_OUT:
-            self.verdicts.add("object", shown.name, LOST, f"{LEFT_OUT[kind]} are left out")
+        if kind == "CURVES" and self._is_switched_off(kind):
             return None
         if kind in GREASE_PENCIL:
             # Before 4.3 view layers had no switch for it.
             if getattr(self.view_layer, "use_grease_pencil", True):
                 self.verdicts.add("object", shown.name, EXACT, "Blender draws its Grease Pencil over the picture, as over Cycles'")
             return None
-        self._hair(instance, shown)
-        if kind not in {"MESH", "VOLUME"}:
+        if kind not in {"MESH", "VOLUME", *STRANDS}:
             # Curves, surfaces, texts and metaballs come a second time, as the meshes they amount to.
             return None
         if self._culling.leaves_out(shown, instance.matrix_world):
@@ -187,9 +180,12 @@ class Exporter:
         if kind == "MESH" and not self.view_layer.use_solid:
             # As Cycles: lamps and the world stay.
             return None
-        mesh = self._mesh(shown)
-        if mesh is None:
-            return None
+        mesh = self._strands(shown) if kind in STRANDS else self._mesh(shown)
+        return None if mesh is None else self._described_with(mesh, shown, parent)
+
+    def _described_with(self, mesh, shown, parent):
+        """An object's glTF mesh with what all of its instances have."""
+        kind = shown.type
         offsets = getattr(shown, "shadow_terminator_shading_offset", 0.0), getattr(shown, "shadow_terminator_geometry_offset", 0.1)
         if kind == "MESH" and (offsets[0] != 0 or abs(offsets[1] - 0.1) > 1e-6):
             self.verdicts.add("object", shown.name, APPROXIMATED, "its Shadow Terminator is as by default: Shading Offset 0, Geometry Offset 0.1")
@@ -254,31 +250,72 @@ class Exporter:
         asked = getattr(getattr(light, "cycles", None), "is_caustics_light", False)
         return asked and has("is_caustics_caster") and has("is_caustics_receiver")
 
-    def _hair(self, instance, shown):
-        if instance.is_instance or not self.view_layer.use_strand:
+    def _hair(self, instance):
+        """The hair of an instance's particles, where it stands."""
+        shown, parent = instance.object, instance.parent if instance.is_instance else None
+        if not len(shown.particle_systems) or self._culling.leaves_out(shown, instance.matrix_world):
             return
-        for system in getattr(shown, "particle_systems", ()):
-            if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
-                self.verdicts.add("object", shown.name, LOST, f"the hair of \"{system.name}\" is left out")
+        key = "hair", shown.original.as_pointer(), parent and parent.as_pointer()
+        if key not in self._described:
+            mesh = self._strands(shown, of_particles=True)
+            self._described[key] = None if mesh is None else self._described_with(mesh, shown, parent)
+        if self._described[key] is not None:
+            self._place(instance, parent, self._described[key])
 
     # Meshes
 
     def _mesh(self, shown):
         """Index of the glTF mesh of an evaluated object, or None."""
         mesh = shown.data
-        slots = [slot.material for slot in shown.material_slots] or list(mesh.materials)
+        slots = self._slots(shown)
         domain = grids.domain_of(shown) if shown.type == "MESH" else None
         if domain is not None and self._is_switched_off("VOLUME"):
             return None
-        override = self._override("material")
-        if override is not None:
-            slots = [override] * max(len(slots), 1)
         key = (mesh.as_pointer(), tuple(m.original.as_pointer() if m is not None else 0 for m in slots))
         if key not in self._meshes:
             filled = shown.type == "VOLUME" or domain is not None
             read = self._read_filled if filled else self._read_mesh
-            self._meshes[key] = read(shown, slots or [None])
+            self._meshes[key] = read(shown, slots)
         return self._meshes[key]
+
+    def _slots(self, shown):
+        """The materials of an evaluated object, with what the view layer shows instead."""
+        slots = [slot.material for slot in shown.material_slots] or list(shown.data.materials)
+        override = self._override("material")
+        return [override] * max(len(slots), 1) if override is not None else slots or [None]
+
+    def _strands(self, shown, of_particles=False):
+        """Index of the glTF mesh of an object's strands or points, or None."""
+        slots = self._slots(shown)
+        key = ("strands", of_particles, shown.original.as_pointer() if of_particles else shown.data.as_pointer(),
+               tuple(m.original.as_pointer() if m is not None else 0 for m in slots))  # fmt: skip
+        if key not in self._meshes:
+            try:
+                if of_particles:
+                    parts = strands.of_particles(shown, len(slots), self.depsgraph.mode == "RENDER")
+                else:
+                    parts = (strands.of_points if shown.type == "POINTCLOUD" else strands.of_curves)(shown)
+                self._meshes[key] = self._write_strands(parts, slots, shown) if parts else None
+            except MemoryError:
+                self.verdicts.add("object", shown.name, LOST, "its hair is left out: there is not enough memory for it")
+                self._meshes[key] = None
+        return self._meshes[key]
+
+    def _write_strands(self, parts, slots, shown):
+        exported = {part.slot: self._exported(slots[part.slot]) for part in parts}
+        stored = strands.store(parts, {slot: material.demand for slot, material in exported.items()}, self.cache)
+        self.changed_geometry += stored.written
+        if self.motion is not None and strands.may_bend(shown, self.motion.of_mesh(shown, [])):
+            self.verdicts.add("object", shown.name, APPROXIMATED, "its strands do not bend while the shutter is open")
+        look = {**strands.look(self.scene), "radius": "_RADIUS"}
+        primitives = self._primitives(stored, exported)
+        for primitive, part in zip(primitives, parts):
+            described = {"strands": {"shape": "points", "radius": "_RADIUS"} if part.counts is None else look}
+            if "_GENERATED" in primitive["attributes"]:
+                described["generated"] = "_GENERATED"
+            primitive["mode"] = 0 if part.counts is None else 1
+            primitive["extensions"] = {self.document.uses("SUNDOG_mesh"): described}
+        return self._add_mesh(shown.data.name, primitives, exported)
 
     def _read_filled(self, shown, slots):
         """A box with the grids of a Volume object or a domain of smoke."""
@@ -339,12 +376,7 @@ class Exporter:
             return None
         used = geometry.slots_in_use(mesh, len(slots))
         names = None if filled is None else filled.names
-        exported = {slot: self.materials.material(slots[slot], names) for slot in used}
-        for slot, material in exported.items():
-            name = slots[slot].name_full if slots[slot] is not None else None
-            if name is not None:
-                findings = material.findings + self._clear_glass(material.index)
-                self.verdicts.extend("material", name, findings)
+        exported = {slot: self._exported(slots[slot], names) for slot in used}
         stored = geometry.store(mesh, {slot: material.demand for slot, material in exported.items()}, self.cache, diced, steps)
         if stored is None:
             return None
@@ -352,17 +384,7 @@ class Exporter:
             words = f"its adaptive subdivision is approximated: its triangles are {stored.layout['enlarged']:.3g} times as large, so that they are not more than {dicing.MOST}"
             self.verdicts.add("object", name_of_object, APPROXIMATED, words)
         self.changed_geometry += stored.written
-        if stored.path not in self._buffers:
-            self._buffers[stored.path] = self.document.add_buffer(stored.path, stored.layout)
-        accessors = self._buffers[stored.path]
-        primitives = [
-            {
-                "attributes": {name: accessors[i] for name, i in primitive["attributes"].items()},
-                "indices": accessors[primitive["indices"]],
-                "material": exported[primitive["slot"]].index,
-            }
-            for primitive in stored.layout["primitives"]
-        ]
+        primitives = self._primitives(stored, exported)
         generated = [p for p, q in zip(primitives, stored.layout["primitives"]) if exported[q["slot"]].demand.generated]
         for primitive in generated:
             if "_GENERATED" in primitive["attributes"]:
@@ -381,7 +403,32 @@ class Exporter:
             extensions = primitive.setdefault("extensions", {})
             described = extensions.setdefault(self.document.uses("SUNDOG_mesh"), {})
             described["motion"] = [_step(primitive["attributes"], number) for number in range(len(steps))]
-        index = self.document.shared("meshes", {"name": mesh.name, "primitives": primitives})
+        return self._add_mesh(mesh.name, primitives, exported)
+
+    def _exported(self, material, grids_of=None):
+        """A material as it is written, with what is told of it."""
+        exported = self.materials.material(material, grids_of)
+        if material is not None:
+            self.verdicts.extend("material", material.name_full, exported.findings + self._clear_glass(exported.index))
+        return exported
+
+    def _primitives(self, stored, exported):
+        """The primitives of what is in a file of the cache. `exported`: the materials by slot."""
+        if stored.path not in self._buffers:
+            self._buffers[stored.path] = self.document.add_buffer(stored.path, stored.layout)
+        accessors = self._buffers[stored.path]
+        return [
+            {
+                "attributes": {name: accessors[i] for name, i in primitive["attributes"].items()},
+                "indices": accessors[primitive["indices"]],
+                "material": exported[primitive["slot"]].index,
+            }
+            for primitive in stored.layout["primitives"]
+        ]
+
+    def _add_mesh(self, name, primitives, exported):
+        """Index of a glTF mesh, and what its materials ask of objects."""
+        index = self.document.shared("meshes", {"name": name, "primitives": primitives})
         if any(material.informed for material in exported.values()):
             self._informed.add(index)
         self._asked[index] = set().union(*(material.values for material in exported.values()))
