@@ -135,6 +135,13 @@ def _color(mesh, name, width):
     attribute = mesh.attributes.get(name)
     if attribute is None or attribute.data_type not in FIELDS:
         return None
+    if attribute.domain not in {"POINT", "EDGE", "CORNER", "FACE"}:
+        return None
+    return attribute.domain, to_width(values_of(attribute), width)
+
+
+def values_of(attribute):
+    """The linear numbers of an attribute as floats: elements × 1 to 4."""
     field, components = FIELDS[attribute.data_type]
     # Blender's `color` is in the working space, and so Cycles (5.0.1, 5.2.3) has those of corners; all others it only decodes.
     encoded = (
@@ -142,8 +149,6 @@ def _color(mesh, name, width):
     )
     if encoded:
         field = "color_srgb"
-    if attribute.domain not in {"POINT", "EDGE", "CORNER", "FACE"}:
-        return None
     if attribute.data_type in {"INT", "INT8", "BOOLEAN"}:
         kind = bool if attribute.data_type == "BOOLEAN" else numpy.int32
         values = read(attribute.data, field, kind).astype(numpy.float32)
@@ -152,15 +157,21 @@ def _color(mesh, name, width):
     values = values.reshape(-1, components)
     if encoded:
         values[:, :3] = images.decode_srgb(values[:, :3])
+    return values
+
+
+def to_width(values, width):
+    """Numbers of an attribute as so many as are asked for, as Cycles converts them. One component: as in Demand."""
+    components = values.shape[1]
     if width == 1:
         number = values[:, :1] if components < 3 else values[:, :3].mean(axis=1, keepdims=True, dtype=numpy.float32)
-        return attribute.domain, numpy.repeat(number, 3, axis=1)
+        return numpy.repeat(number, 3, axis=1)
     if components == 1:
         values = numpy.repeat(values, 3, axis=1)
     while values.shape[1] < width:
         fill = numpy.full((len(values), 1), 1.0 if values.shape[1] == 3 else 0.0, numpy.float32)
         values = numpy.concatenate([values, fill], axis=1)
-    return attribute.domain, values[:, :width]
+    return values[:, :width]
 
 
 def _computed(mesh, name, width):

@@ -116,7 +116,7 @@ class Exporter:
         """All that the depsgraph would render."""
         blurs = motion.is_on(self.scene, self.view_layer)
         if self.move is not None and (blurs or self.view_layer.use_pass_vector):
-            self.motion = motion.Motion(self.depsgraph, self.scene, self.move, still=not blurs)
+            self.motion = motion.Motion(self.depsgraph, self.scene, self.move, not blurs, self.view_layer.use_strand)
             self.motion.record(lambda shown: cameras.window(cameras.settings_of(shown, []), self.scene.render))
         eye, matrix, view = self._eye([])
         self._culling = culling.Culling(self.scene, eye, matrix, view)
@@ -136,7 +136,7 @@ class Exporter:
             # `show_self` is off for instancers that are not shown themselves.
             if instance.show_self:
                 self._instance(instance)
-            if instance.show_particles and self.view_layer.use_strand:
+            if self.view_layer.use_strand:
                 self._hair(instance)
         self._write_placed()
 
@@ -144,7 +144,7 @@ class Exporter:
         shown = instance.object
         parent = instance.parent if instance.is_instance else None
         key = None
-        if parent is not None and shown.type == "MESH":
+        if parent is not None and shown.type in {"MESH", *STRANDS}:
             # What is shown may be made for the moment, in one place for all that is: what it is made of tells.
             key = shown.original.as_pointer(), shown.data.as_pointer(), parent.as_pointer()
             if key in self._described:
@@ -180,15 +180,16 @@ class Exporter:
         if kind == "MESH" and not self.view_layer.use_solid:
             # As Cycles: lamps and the world stay.
             return None
-        mesh = self._strands(shown) if kind in STRANDS else self._mesh(shown)
-        return None if mesh is None else self._described_with(mesh, shown, parent)
-
-    def _described_with(self, mesh, shown, parent):
-        """An object's glTF mesh with what all of its instances have."""
-        kind = shown.type
+        mesh = self._strands(shown, kind) if kind in STRANDS else self._mesh(shown)
+        if mesh is None:
+            return None
         offsets = getattr(shown, "shadow_terminator_shading_offset", 0.0), getattr(shown, "shadow_terminator_geometry_offset", 0.1)
         if kind == "MESH" and (offsets[0] != 0 or abs(offsets[1] - 0.1) > 1e-6):
             self.verdicts.add("object", shown.name, APPROXIMATED, "its Shadow Terminator is as by default: Shading Offset 0, Geometry Offset 0.1")
+        return self._described_with(mesh, shown, parent)
+
+    def _described_with(self, mesh, shown, parent):
+        """An object's glTF mesh with what all of its instances have."""
         extension = visibility.sundog_object([shown, parent], self.view_layer)
         self.verdicts.extend("object", shown.name, self._links.findings.get(shown.name_full, []), untouched=False)
         own = {**self._links.shining(shown), **self._links.lit(shown, parent)}
@@ -252,12 +253,13 @@ class Exporter:
 
     def _hair(self, instance):
         """The hair of an instance's particles, where it stands."""
-        shown, parent = instance.object, instance.parent if instance.is_instance else None
-        if not len(shown.particle_systems) or self._culling.leaves_out(shown, instance.matrix_world):
+        shown = strands.hairy(instance, self.depsgraph)
+        if shown is None or self._culling.leaves_out(shown, instance.matrix_world):
             return
-        key = "hair", shown.original.as_pointer(), parent and parent.as_pointer()
+        parent = instance.parent if instance.is_instance else None
+        key = "HAIR", shown.original.as_pointer(), parent and parent.as_pointer()
         if key not in self._described:
-            mesh = self._strands(shown, of_particles=True)
+            mesh = self._strands(shown, "HAIR")
             self._described[key] = None if mesh is None else self._described_with(mesh, shown, parent)
         if self._described[key] is not None:
             self._place(instance, parent, self._described[key])
@@ -284,35 +286,37 @@ class Exporter:
         override = self._override("material")
         return [override] * max(len(slots), 1) if override is not None else slots or [None]
 
-    def _strands(self, shown, of_particles=False):
-        """Index of the glTF mesh of an object's strands or points, or None."""
+    def _strands(self, shown, kind):
+        """Index of the glTF mesh of an object's strands or points, or None; `kind` as in `strands.of_object`."""
         slots = self._slots(shown)
-        key = ("strands", of_particles, shown.original.as_pointer() if of_particles else shown.data.as_pointer(),
-               tuple(m.original.as_pointer() if m is not None else 0 for m in slots))  # fmt: skip
+        owner = shown.original if kind == "HAIR" else shown.data
+        key = (kind, owner.as_pointer(), tuple(m.original.as_pointer() if m is not None else 0 for m in slots))
         if key not in self._meshes:
+            self._meshes[key] = None
+            what = "it" if kind != "HAIR" else "its hair"
             try:
-                if of_particles:
-                    parts = strands.of_particles(shown, len(slots), self.depsgraph.mode == "RENDER")
-                else:
-                    parts = (strands.of_points if shown.type == "POINTCLOUD" else strands.of_curves)(shown)
-                self._meshes[key] = self._write_strands(parts, slots, shown) if parts else None
+                parts = strands.of_object(shown, kind, len(slots), self.depsgraph)
+                if parts:
+                    self._meshes[key] = self._write_strands(parts, slots, shown, kind)
+            except geometry.GeometryError as error:
+                self.verdicts.add("object", shown.name, LOST, f"{what} is left out: {error}")
             except MemoryError:
-                self.verdicts.add("object", shown.name, LOST, "its hair is left out: there is not enough memory for it")
-                self._meshes[key] = None
+                self.verdicts.add("object", shown.name, LOST, f"{what} is left out: there is not enough memory for it")
         return self._meshes[key]
 
-    def _write_strands(self, parts, slots, shown):
+    def _write_strands(self, parts, slots, shown, kind):
+        if self.motion is not None:
+            findings = []
+            self.motion.of_strands(shown, kind, parts, findings)
+            self.verdicts.extend("object", shown.name, findings, untouched=False)
         exported = {part.slot: self._exported(slots[part.slot]) for part in parts}
         stored = strands.store(parts, {slot: material.demand for slot, material in exported.items()}, self.cache)
         self.changed_geometry += stored.written
-        if self.motion is not None and strands.may_bend(shown, self.motion.of_mesh(shown, [])):
-            self.verdicts.add("object", shown.name, APPROXIMATED, "its strands do not bend while the shutter is open")
-        look = {**strands.look(self.scene), "radius": "_RADIUS"}
-        primitives = self._primitives(stored, exported)
+        look, primitives = strands.look(self.scene), self._primitives(stored, exported)
         for primitive, part in zip(primitives, parts):
-            described = {"strands": {"shape": "points", "radius": "_RADIUS"} if part.counts is None else look}
-            if "_GENERATED" in primitive["attributes"]:
-                described["generated"] = "_GENERATED"
+            described = part.described(look, exported[part.slot].demand.generated)
+            if part.steps:
+                described["motion"] = [_step(primitive["attributes"], number) for number in range(len(part.steps))]
             primitive["mode"] = 0 if part.counts is None else 1
             primitive["extensions"] = {self.document.uses("SUNDOG_mesh"): described}
         return self._add_mesh(shown.data.name, primitives, exported)

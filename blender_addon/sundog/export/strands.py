@@ -4,13 +4,15 @@
 Keys, radii and what nodes ask of strands are those that Cycles makes of the same data.
 """
 
+import functools
 import hashlib
+import itertools
 import json
 import os
 
 import numpy
 
-from . import geometry, object_info
+from . import geometry, images, object_info
 
 # What Hair Info and Point Info tell of strands and points that have attributes of their own here: one number each.
 COMPUTED = {
@@ -20,33 +22,53 @@ COMPUTED = {
     ("ShaderNodePointInfo", "Random"): "@point_random",
 }
 
-# What Cycles takes for the radius of curves and points without one.
+# What Cycles takes for the radius of curves and points without one, metres.
 RADIUS = 0.005
 POINT_RADIUS = 0.01
 
+# How far some key must be elsewhere before Cycles takes strands for moving: they go through world space and back.
+MOVES_FROM = 1e-5
+
+# The attribute with the radius of each key.
+RADII = "_RADIUS"
+
+# Whether Cycles draws curves of the type Poly with straight segments whatever the scene's shape.
+HAS_POLY = True
 _SHAPES = {"RIBBONS": "ribbon", "THICK": "round", "THICK_LINEAR": "round-linear"}
+_POLY = 1
 
 
 def look(scene):
-    """What curves look like, as SUNDOG_mesh has it."""
+    """What curves look like, as `strands` of SUNDOG_mesh has it."""
     settings = getattr(scene, "cycles_curves", None)
     shape = _SHAPES.get(getattr(settings, "shape", "RIBBONS"), "ribbon")
-    return {"shape": shape, "steps": min(getattr(settings, "subdivisions", 2) + 1, 255)}
+    if shape != "ribbon":
+        return {"shape": shape, "radius": RADII}
+    return {"shape": shape, "radius": RADII, "steps": min(getattr(settings, "subdivisions", 2) + 1, 255)}
 
 
 class Strands:
-    """Curves of keys, or points: arrays in the object's space and in Blender's axes.
+    """Curves of keys, or points, in the object's space and in Blender's axes.
 
-    `counts` has the keys of each curve; it is None for points. `slot` is the material's. `uvs(name)` and `named(name, width)`
-    give an array of all keys, or None; `generated()` gives coordinates.
+    `positions` (keys × 3) and `radii` (keys), metres. `counts` has the keys of each curve; it is None for points. `numbers` are
+    those that Cycles knows the curves by. `slot` is the material's. `uvs(name)` and `named(name, width)` give rows for all keys,
+    or None where there is nothing of that name; `velocity()` metres a second. `roots` has the texture space of the generated coordinates that each curve has
+    from its first key; None where they are places in the object's space. `look` stands for the scene's, where it is not None.
     """
 
-    def __init__(self, slot, positions, radii, counts, first=0):
-        self.slot, self.positions, self.radii, self.counts = slot, positions, radii, counts
-        self._first = first
+    def __init__(self, slot, positions, radii, counts, numbers=None):
+        self.slot, self.positions, self.radii, self.counts = slot, positions, radii.astype(numpy.float32), counts
+        self.numbers = numbers
+        if numbers is None:
+            self.numbers = numpy.arange(len(positions) if counts is None else len(counts))
+        self.velocity = lambda: None
         self.uvs = lambda name: None
         self.named = lambda name, width: None
-        self.generated = lambda: numpy.zeros_like(positions)
+        self.roots = self.look = None
+        # Positions at steps of time, as geometry.Raw has them.
+        self.steps = []
+        if not (numpy.isfinite(positions).all() and numpy.isfinite(self.radii).all()):
+            raise geometry.GeometryError("some of its strands or points are at infinity or not a number")
 
     def starts(self):
         """The first key of each curve."""
@@ -68,34 +90,54 @@ class Strands:
 
     def _along(self):
         """For each key: the way to it along its curve, and the length of the curve."""
-        steps = numpy.zeros(len(self.positions), numpy.float32)
+        steps = numpy.zeros(len(self.positions))
         steps[1:] = numpy.linalg.norm(numpy.diff(self.positions, axis=0), axis=1)
         starts = self.starts()
         steps[starts] = 0
-        sums = numpy.cumsum(steps, dtype=float)
+        sums = numpy.cumsum(steps)
         way = sums - self.of_curves(sums[starts])
         return way, self.of_curves(way[starts + self.counts - 1])
 
     def _computed(self, name):
         if name == "@point_random":
-            return hashed_pairs(numpy.arange(len(self.positions))) if self.counts is None else None
+            return hashed_pairs(self.numbers) if self.counts is None else None
         if self.counts is None:
             return None
         if name == "@strand_random":
-            return self.of_curves(hashed_pairs(numpy.arange(self._first, self._first + len(self.counts))))
+            return self.of_curves(hashed_pairs(self.numbers))
         way, length = self._along()
         return length if name == "@length" else way / numpy.where(length > 0, length, 1)
+
+    def _generated(self):
+        space = self.roots
+        size = numpy.array([s if s != 0 else 1 for s in space["size"]], numpy.float32)
+        roots = self.positions[self.starts()]
+        return self.of_curves((roots - numpy.array(space["location"], numpy.float32) + size) / (2 * size))
+
+    def described(self, look, generated):
+        """SUNDOG_mesh of the primitive. `look`: the scene's; `generated`: whether something reads generated coordinates."""
+        described = {"strands": {"shape": "points", "radius": RADII} if self.counts is None else self.look or look}
+        if generated and self.roots is not None:
+            described["generated"] = "_GENERATED"
+        elif generated:
+            # As Cycles, which has none of such objects: places in the object's space.
+            described["texture_space"] = {"location": [0.5] * 3, "size": [0.5] * 3}
+        return described
 
     def arrays(self, demand):
         """The arrays of a primitive by glTF's names."""
         count = len(self.positions)
-        arrays = {"POSITION": self.positions, "_RADIUS": self.radii.astype(numpy.float32)}
-        if demand.generated:
-            arrays["_GENERATED"] = self.generated().astype(numpy.float32)
+        arrays = {"POSITION": self.positions, RADII: self.radii}
+        for number, step in enumerate(self.steps):
+            if step is not None:
+                arrays[f"_POSITION_{number}"] = step
+        if demand.generated and self.roots is not None:
+            arrays["_GENERATED"] = self._generated()
         for number, name in enumerate(demand.uvs):
+            # What is not there is zero in Cycles.
             uv = self.uvs(name)
             uv = numpy.zeros((count, 2), numpy.float32) if uv is None else uv
-            arrays[f"TEXCOORD_{number}"] = numpy.stack([uv[:, 0], 1 - uv[:, 1]], axis=1).astype(numpy.float32)
+            arrays[f"TEXCOORD_{number}"] = numpy.stack([uv[:, 0], 1 - uv[:, 1]], axis=1)
         named = {f"_SUNDOG_{number}": attribute for number, attribute in enumerate(demand.attributes)}
         if demand.color is not None:
             named["COLOR_0"] = (demand.color, demand.color_width)
@@ -105,9 +147,8 @@ class Strands:
                 found = None if found is None else numpy.repeat(found[:, None], 3, axis=1)
             else:
                 found = self.named(name, width)
-            if found is None:
-                found = numpy.zeros((count, max(width, 3)), numpy.float32)
-            arrays[label] = found.astype(numpy.float32)
+            arrays[label] = numpy.zeros((count, max(width, 3))) if found is None else found
+        arrays = {name: values.astype(numpy.float32, copy=False) for name, values in arrays.items()}
         arrays["indices"] = self.indices().reshape(-1)
         return arrays
 
@@ -115,66 +156,86 @@ class Strands:
 def hashed_pairs(numbers):
     """Cycles' number from 0 to 1 for each number together with zero: Bob Jenkins' lookup3, as object_info has it for one."""
     start = numpy.uint32((0xDEADBEEF + (2 << 2) + 13) % 0x100000000)
-    with numpy.errstate(over="ignore"):
-        words = [numbers.astype(numpy.uint32) + start, numpy.full(len(numbers), start), numpy.full(len(numbers), start)]
-        object_info.finish(words)
+    words = [numbers.astype(numpy.uint32) + start, numpy.full(len(numbers), start), numpy.full(len(numbers), start)]
+    object_info.finish(words)
     return words[2].astype(numpy.float32) * numpy.float32(1 / 0x100000000)
 
 
 def store(parts, demands, cache):
-    """Writes strands to the cache folder unless they are there, a primitive for each; None if there are none. `parts`: by slot.
-    Raises geometry.GeometryError."""
+    """Writes strands to the cache folder unless they are there, a primitive for each of `parts` (Strands); `demands` by slot.
+
+    Raises geometry.GeometryError.
+    """
     digest = hashlib.blake2b(digest_size=16)
     primitives = []
     for part in parts:
         named = part.arrays(demands[part.slot])
-        digest.update(json.dumps([part.slot, part.counts is None, demands[part.slot].key()]).encode())
+        digest.update(json.dumps([geometry.LAYOUT, part.slot, part.counts is None, demands[part.slot].key()]).encode())
         for name, values in named.items():
-            digest.update(name.encode())
-            digest.update(numpy.ascontiguousarray(values).tobytes())
+            digest.update(f"{name} {values.shape}".encode())
+            digest.update(numpy.ascontiguousarray(values).data.cast("B"))
         primitives.append((part.slot, named))
     path = os.path.join(cache, f"mesh-{digest.hexdigest()}.bin")
     return geometry.stored(path, lambda: primitives)
 
 
+def of_object(shown, kind, slots, depsgraph):
+    """The Strands of an evaluated object: of its "HAIR" (particles), or of what it is ("CURVES", "POINTCLOUD"). `slots`: how many
+    materials it has. Raises geometry.GeometryError."""
+    if kind == "HAIR":
+        return of_particles(shown, slots, depsgraph)
+    return (of_points if kind == "POINTCLOUD" else of_curves)(shown.data)
+
+
+def keys_of(shown, kind, depsgraph):
+    """Positions of all keys of an object's strands or points as it is now, keys × 3, for its motion."""
+    parts = of_object(shown, kind, 1, depsgraph)
+    return numpy.concatenate([part.positions for part in parts]) if parts else numpy.empty((0, 3), numpy.float32)
+
+
 # Hair of particles
 
 
-def may_bend(shown, steps):
-    """Whether an object's hair may bend while the shutter is open, of a mesh that moves by these steps or not."""
-    return steps is not None or any(getattr(system, "use_hair_dynamics", False) for system in shown.particle_systems)
-
-
-def systems_of(shown, is_final):
+def systems_of(shown, depsgraph):
     """Particle systems of an evaluated object whose hair Cycles draws, with their modifiers."""
+    if shown.mode in {"EDIT", "PARTICLE_EDIT"}:
+        return
+    is_on = "show_render" if depsgraph.mode == "RENDER" else "show_viewport"
     for modifier in shown.modifiers:
-        if modifier.type != "PARTICLE_SYSTEM" or not (modifier.show_render if is_final else modifier.show_viewport):
+        if modifier.type != "PARTICLE_SYSTEM" or not getattr(modifier, is_on):
             continue
         system = modifier.particle_system
         if system is not None and system.settings.render_type == "PATH" and system.settings.type == "HAIR":
             yield modifier, system
 
 
-def of_particles(shown, slots, is_final):
-    """The Strands of an evaluated object's hair, one for each particle system. `slots`: how many materials it has."""
+def hairy(instance, depsgraph):
+    """The evaluated object whose particles' hair an instance shows; None if it shows none."""
+    real = instance.instance_object if instance.is_instance else instance.object
+    # What geometry nodes make of an object has no hair of its own.
+    if not instance.show_particles or real is None or real.type != "MESH" or real.data != instance.object.data:
+        return None
+    return real if any(True for _ in systems_of(real, depsgraph)) else None
+
+
+def of_particles(shown, slots, depsgraph):
+    """The Strands of an evaluated object's hair, one for each particle system that has some."""
     found, first = [], 0
     inverse = numpy.array(shown.matrix_world.inverted_safe(), float)
-    for modifier, system in systems_of(shown, is_final):
-        numbers, keys = _drawn(system, is_final)
-        if not len(numbers) or keys < 2:
-            continue
-        places = _places(shown, system, numbers, keys) @ inverse[:3, :3].T + inverse[:3, 3]
-        places = places.astype(numpy.float32).reshape(len(numbers), keys, 3)
-        steps = numpy.linalg.norm(numpy.diff(places, axis=1), axis=2)
-        kept = steps.sum(axis=1) > 0
-        numbers, places, steps = numbers[kept], places[kept], steps[kept]
+    for modifier, system in systems_of(shown, depsgraph):
+        numbers, keys = _drawn(system, depsgraph.mode == "RENDER")
         if not len(numbers):
             continue
-        counts = numpy.full(len(numbers), keys)
+        places = _places(shown, system, (numbers, keys), depsgraph).reshape(-1, 3) @ inverse[:3, :3].T + inverse[:3, 3]
+        places = places.astype(numpy.float32).reshape(len(numbers), keys, 3)
+        radii = _radii(system.settings, places)
         slot = min(max(system.settings.material - 1, 0), max(slots - 1, 0))
-        strands = Strands(slot, places.reshape(-1, 3), _radii(system.settings, steps).reshape(-1), counts, first)
+        counts = numpy.full(len(numbers), keys)
+        strands = Strands(slot, places.reshape(-1, 3), radii.reshape(-1), counts, numpy.arange(first, first + len(numbers)))
+        # All systems of an object count as one.
         first += len(numbers)
-        _read_emitter(strands, shown, (modifier, system), numbers)
+        strands.roots = geometry.texture_space(shown.data)
+        _read_emitter(strands, shown.data, (modifier, system), numbers)
         found.append(strands)
     return found
 
@@ -192,22 +253,46 @@ def _drawn(system, is_final):
     return numpy.arange(first, total + children), keys
 
 
-def _places(shown, system, numbers, keys):
-    """World places of all keys."""
-    flat, place, steps = [], system.co_hair, range(keys)
-    for number in numbers.tolist():
-        for step in steps:
-            flat.extend(place(shown, particle_no=number, step=step))
-    return numpy.array(flat, float).reshape(-1, 3)
+def _places(shown, system, drawn, depsgraph):
+    """World places of all keys: strands × keys × 3. `drawn`: as `_drawn` gives it."""
+    numbers, keys = drawn
+    place, steps = system.co_hair, range(keys)
+
+    def read(through, numbers):
+        found = (place(through, particle_no=number, step=step) for number in numbers.tolist() for step in steps)
+        values = numpy.fromiter(itertools.chain.from_iterable(found), numpy.float32, len(numbers) * keys * 3)
+        return values.reshape(-1, keys, 3)
+
+    places = read(shown, numbers)
+    # Beyond the end of a strand that is cut, Blender tells the world's origin, where a key may also be. That one is elsewhere by
+    # the matrix of an object elsewhere.
+    doubtful = numpy.flatnonzero((~places.any(axis=2)).any(axis=1))
+    if not len(doubtful):
+        return places
+    missing = ~places[doubtful].any(axis=2)
+    here = shown.matrix_world.translation
+    elsewhere = next((thing for thing in depsgraph.objects if thing.matrix_world.translation != here), None)
+    if elsewhere is not None:
+        missing &= ~read(elsewhere, numbers[doubtful]).any(axis=2)
+    # Cycles has the last key once more.
+    last = keys - 1 - numpy.argmin(missing[:, ::-1], axis=1)
+    kept = numpy.minimum(numpy.arange(keys), last[:, None])
+    places[doubtful] = numpy.take_along_axis(places[doubtful], kept[:, :, None], axis=1)
+    return places
 
 
-def _radii(settings, steps):
-    """Radius of each key by the lengths of the segments."""
-    way = numpy.concatenate([numpy.zeros((len(steps), 1)), numpy.cumsum(steps, axis=1, dtype=float)], axis=1)
-    rest = numpy.clip(1 - way / way[:, -1:], 0, 1)
+def _radii(settings, places):
+    """Radius of each key, by its way along its strand: strands × keys."""
+    way = numpy.zeros(places.shape[:2])
+    way[:, 1:] = numpy.cumsum(numpy.linalg.norm(numpy.diff(places, axis=1), axis=2), axis=1)
+    length = way[:, -1:]
+    rest = numpy.clip(1 - way / numpy.where(length > 0, length, 1), 0, 1)
     shape = settings.shape
-    if shape != 0:
-        rest = rest ** (1 + shape if shape < 0 else 1 / max(1 - shape, 1e-6))
+    if shape < 0:
+        rest = rest ** (1 + shape)
+    elif shape > 0:
+        # At 1 the exponent is infinite.
+        rest = rest ** (1 / (1 - shape)) if shape < 1 else (rest >= 1).astype(float)
     scale = 0.5 * settings.radius_scale
     root, tip = settings.root_radius * scale, settings.tip_radius * scale
     radii = rest * (root - tip) + tip
@@ -216,134 +301,107 @@ def _radii(settings, steps):
     return radii
 
 
-def _read_emitter(strands, shown, drawn, numbers):
-    """Lets strands read what their mesh has at their roots."""
+def _read_emitter(strands, mesh, drawn, numbers):
+    """Lets strands read what their mesh has at their roots: UV maps, and colours of corners in bytes. Cycles has no others."""
     modifier, system = drawn
-    mesh, particles = shown.data, system.particles
-    last = len(particles) - 1
+    particles = system.particles
+    total = len(particles)
 
     def at_roots(read, width):
-        values = [tuple(read(modifier, particle=particles[min(n, last)], particle_no=n)) for n in numbers.tolist()]
-        return strands.of_curves(numpy.array(values, numpy.float32).reshape(-1, width))
+        if not total:
+            return None
+        # Children know their places by their numbers.
+        found = (read(modifier, particles[n if n < total else 0], n) for n in numbers.tolist())
+        values = numpy.fromiter(itertools.chain.from_iterable(found), numpy.float32, len(numbers) * width)
+        return values.reshape(-1, width)
 
     def uvs(name):
-        layers = list(getattr(mesh, "uv_layers", ()))
+        layers = mesh.uv_layers
         at = next((i for i, layer in enumerate(layers) if (layer.name == name if name else layer.active_render)), None)
-        if at is None or last < 0:
+        if at is None:
             return None
-        return at_roots(lambda *a, **k: system.uv_on_emitter(*a, **k, uv_no=at), 2)
+        found = at_roots(lambda m, p, n: system.uv_on_emitter(m, particle=p, particle_no=n, uv_no=at), 2)
+        return None if found is None else strands.of_curves(found)
 
     def named(name, width):
-        colors = getattr(mesh, "color_attributes", None)
-        if colors is None or last < 0:
-            return None
-        if not name:
-            active = colors.render_color_index
-            name = colors[active].name if 0 <= active < len(colors) else ""
-        corners = [c.name for c in colors if c.data_type == "BYTE_COLOR" and c.domain == "CORNER"]
+        layer = uvs(name) if name and name in mesh.uv_layers else None
+        if layer is not None:
+            return geometry.to_width(layer, width)
+        corners = [c.name for c in mesh.color_attributes if c.data_type == "BYTE_COLOR" and c.domain == "CORNER"]
         if name not in corners:
             return None
         at = corners.index(name)
-        read = at_roots(lambda *a, **k: system.mcol_on_emitter(*a, **k, vcol_no=at), 3)
-        return _to_width(read, width)
+        found = at_roots(lambda m, p, n: system.mcol_on_emitter(m, particle=p, particle_no=n, vcol_no=at), 3)
+        return None if found is None else geometry.to_width(strands.of_curves(images.decode_srgb(found)), width)
 
-    def generated():
-        roots = strands.positions[strands.starts()]
-        space = geometry.texture_space(mesh)
-        return strands.of_curves(_in_space(roots, space))
-
-    strands.uvs, strands.named, strands.generated = uvs, named, generated
-
-
-def _in_space(places, space):
-    """Places as coordinates of a texture space."""
-    size = numpy.array([s if s != 0 else 1 for s in space["size"]], numpy.float32)
-    return (places - numpy.array(space["location"], numpy.float32)) / (2 * size) + 0.5
-
-
-def _to_width(values, width):
-    """Numbers of an attribute as so many as are asked for: one stands three times."""
-    components = values.shape[1]
-    if width == 1:
-        number = values[:, :1] if components < 3 else values[:, :3].mean(axis=1, keepdims=True)
-        return numpy.repeat(number, 3, axis=1)
-    if components == 1:
-        values, components = numpy.repeat(values, 3, axis=1), 3
-    missing = [numpy.zeros(len(values)), numpy.zeros(len(values)), numpy.zeros(len(values)), numpy.ones(len(values))]
-    columns = [*values.T, *missing[components:]]
-    return numpy.stack(columns[: max(width, 3)], axis=1)
+    strands.uvs, strands.named = uvs, named
 
 
 # Curves and points
 
 
-def of_curves(shown):
-    """The Strands of an evaluated object of hair curves."""
-    data = shown.data
-    offsets = geometry.read(data.curve_offset_data, "value", numpy.int32)
-    counts = numpy.diff(offsets)
-    positions = geometry.read(data.points, "position", numpy.float32, 3)
-    radii = _numbers(data, "radius")
-    radii = numpy.full(len(positions), RADIUS, numpy.float32) if radii is None else radii
-    # A curve of one key has no segment.
-    kept = numpy.repeat(counts > 1, counts)
-    positions, radii = positions[kept], radii[kept]
-    if not len(positions):
+def of_curves(data):
+    """The Strands of evaluated hair curves. As in Cycles, control points are keys whatever the type of a curve, and none is closed."""
+    counts = numpy.diff(geometry.read(data.curve_offset_data, "value", numpy.int32))
+    read = functools.partial(_attribute, data)
+    positions = read("position")
+    if positions is None or not len(positions):
         return []
-    strands = Strands(0, positions, radii, counts[counts > 1])
-    _read_attributes(strands, data, kept, counts > 1)
+    radii = read("radius", counts)
+    radii = numpy.full(len(positions), RADIUS) if radii is None else radii[:, 0]
+    # A curve of one key has no segment; others keep their numbers.
+    drawn = counts > 1
+    kept = numpy.repeat(drawn, counts)
+    if not kept.any():
+        return []
+    strands = Strands(0, positions[kept], radii[kept], counts[drawn], numpy.flatnonzero(drawn))
+    _read_attributes(strands, data, lambda name: values[kept] if (values := read(name, counts)) is not None else None)
+    kinds = read("curve_type")
+    if kinds is not None and kinds[0, 0] == _POLY and HAS_POLY:
+        # As Cycles: the first curve decides.
+        strands.look = {"shape": "round-linear", "radius": RADII}
     return [strands]
 
 
-def of_points(shown):
+def of_points(data):
     """The Strands of an evaluated point cloud."""
-    data = shown.data
-    positions = geometry.read(data.points, "co", numpy.float32, 3)
-    if not len(positions):
+    positions = _attribute(data, "position")
+    if positions is None or not len(positions):
         return []
-    radii = _numbers(data, "radius")
-    radii = numpy.full(len(positions), POINT_RADIUS, numpy.float32) if radii is None else radii
+    radii = _attribute(data, "radius")
+    radii = numpy.full(len(positions), POINT_RADIUS) if radii is None else radii[:, 0]
     strands = Strands(0, positions, radii, None)
-    _read_attributes(strands, data, numpy.ones(len(positions), bool), None)
+    _read_attributes(strands, data, functools.partial(_attribute, data))
     return [strands]
 
 
-def _numbers(data, name):
+def _attribute(data, name, counts=None):
+    """Rows of an attribute as it is; with `counts`, the keys of curves, those of curves for each of their keys. None if there is
+    none of that name."""
     attribute = data.attributes.get(name)
-    if attribute is None or attribute.data_type != "FLOAT":
+    if attribute is None or attribute.data_type not in geometry.FIELDS:
         return None
-    return geometry.read(attribute.data, "value", numpy.float32)
+    values = geometry.values_of(attribute)
+    return values if counts is None or attribute.domain != "CURVE" else numpy.repeat(values, counts, axis=0)
 
 
-def _read_attributes(strands, data, kept, kept_curves):
-    """Lets strands read attributes of their keys and curves."""
-
-    def values_of(name):
-        attribute = data.attributes.get(name)
-        if attribute is None or attribute.data_type not in geometry.FIELDS:
-            return None
-        field, components = geometry.FIELDS[attribute.data_type]
-        kind = {"INT": numpy.int32, "INT8": numpy.int32, "BOOLEAN": bool}.get(attribute.data_type, numpy.float32)
-        values = geometry.read(attribute.data, field, kind, components).reshape(-1, components).astype(numpy.float32)
-        if attribute.domain == "CURVE":
-            return strands.of_curves(values[kept_curves])
-        return values[kept] if attribute.domain == "POINT" else None
+def _read_attributes(strands, data, read):
+    """Lets strands read attributes of their keys and curves; `read(name)` gives rows for all keys, or None."""
 
     def uvs(name):
-        names = [name] if name else ["surface_uv_coordinate", *(a.name for a in data.attributes if a.data_type == "FLOAT2")]
-        found = (values_of(n) for n in names)
-        return next((values for values in found if values is not None and values.shape[1] == 2), None)
+        if not name:
+            # Cycles' own choice: the first pair of numbers of curves.
+            pairs = (a.name for a in data.attributes if a.data_type == "FLOAT2" and a.domain == "CURVE")
+            name = next(pairs, None)
+        found = None if name is None else read(name)
+        return None if found is None else geometry.to_width(found, 3)[:, :2]
 
     def named(name, width):
-        values = values_of(name) if name else None
-        return None if values is None else _to_width(values, width)
+        found = read(name) if name else None
+        return None if found is None else geometry.to_width(found, width)
 
-    def generated():
-        places = strands.positions
-        low, high = places.min(axis=0), places.max(axis=0)
-        space = {"location": (low + high) / 2, "size": (high - low) / 2}
-        if strands.counts is None:
-            return _in_space(places, space)
-        return strands.of_curves(_in_space(places[strands.starts()], space))
+    def velocity():
+        found = read("velocity")
+        return found if found is not None and found.shape[1] == 3 else None
 
-    strands.uvs, strands.named, strands.generated = uvs, named, generated
+    strands.uvs, strands.named, strands.velocity = uvs, named, velocity
