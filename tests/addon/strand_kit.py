@@ -87,12 +87,17 @@ def paint(mesh, name):
     layer.data.foreach_set("color", colors.reshape(-1))
 
 
+# Whether Blender's Python can change what type curves are of.
+HAS_TYPES = "set_types" in bpy.types.Curves.bl_rna.functions
+
+
 def curves(kind="CATMULL_ROM", cyclic=False, count=40):
     """Hair curves of that many bent strands of 9 to 13 keys, with a radius."""
     data = bpy.data.hair_curves.new("curves")
     sizes = [9 + number % 5 for number in range(count)]
     data.add_curves(sizes)
-    data.set_types(type=kind) if hasattr(data, "set_types") else None
+    if kind != "CATMULL_ROM":
+        data.set_types(type=kind)
     places, radii = [], []
     for number, size in enumerate(sizes):
         x, y = -1.3 + 2.6 * (number % 8) / 7, -0.5 + 0.25 * (number // 8)
@@ -104,10 +109,6 @@ def curves(kind="CATMULL_ROM", cyclic=False, count=40):
     data.attributes["position"].data.foreach_set("vector", numpy.array(places, numpy.float32).reshape(-1))
     radius = data.attributes.get("radius") or data.attributes.new("radius", "FLOAT", "POINT")
     radius.data.foreach_set("value", numpy.array(radii, numpy.float32))
-    if not hasattr(data, "set_types") and kind != "CATMULL_ROM":
-        number = ("CATMULL_ROM", "POLY", "BEZIER", "NURBS").index(kind)
-        types = data.attributes.get("curve_type") or data.attributes.new("curve_type", "INT8", "CURVE")
-        types.data.foreach_set("value", [number] * count)
     if cyclic:
         closed = data.attributes.get("cyclic") or data.attributes.new("cyclic", "BOOLEAN", "CURVE")
         closed.data.foreach_set("value", [True] * count)

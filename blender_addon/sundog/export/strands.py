@@ -10,6 +10,7 @@ import itertools
 import json
 import os
 
+import bpy
 import numpy
 
 from . import geometry, images, object_info
@@ -33,7 +34,7 @@ MOVES_FROM = 1e-5
 RADII = "_RADIUS"
 
 # Whether Cycles draws curves of the type Poly with straight segments whatever the scene's shape.
-HAS_POLY = True
+HAS_POLY = bpy.app.version >= (5, 0, 0)
 _SHAPES = {"RIBBONS": "ribbon", "THICK": "round", "THICK_LINEAR": "round-linear"}
 _POLY = 1
 
