@@ -343,11 +343,11 @@ def _read_emitter(strands, mesh, drawn, numbers):
 
 def of_curves(data):
     """The Strands of evaluated hair curves. As in Cycles, control points are keys whatever the type of a curve, and none is closed."""
-    counts = numpy.diff(geometry.read(data.curve_offset_data, "value", numpy.int32))
     read = functools.partial(_attribute, data)
     positions = read("position")
     if positions is None or not len(positions):
         return []
+    counts = numpy.diff(geometry.read(data.curve_offset_data, "value", numpy.int32))
     radii = read("radius", counts)
     radii = numpy.full(len(positions), RADIUS) if radii is None else radii[:, 0]
     # A curve of one key has no segment; others keep their numbers.
