@@ -92,9 +92,9 @@ HAS_TYPES = "set_types" in bpy.types.Curves.bl_rna.functions
 
 
 def curves(kind="CATMULL_ROM", cyclic=False, count=40):
-    """Hair curves of that many bent strands of 9 to 13 keys, with a radius."""
+    """Hair curves of that many bent strands of 3 to 7 keys, with a radius."""
     data = bpy.data.hair_curves.new("curves")
-    sizes = [9 + number % 5 for number in range(count)]
+    sizes = [3 + number % 5 for number in range(count)]
     data.add_curves(sizes)
     if kind != "CATMULL_ROM":
         data.set_types(type=kind)
@@ -105,7 +105,7 @@ def curves(kind="CATMULL_ROM", cyclic=False, count=40):
             t = key / (size - 1)
             turn = 0.35 * math.sin(5 * t + number)
             places.append((x + turn, y, -1.2 + 2.4 * t * (0.6 + 0.4 * math.cos(number))))
-            radii.append(0.04 * (1 - 0.7 * t))
+            radii.append(0.06 * (1 - 0.7 * t))
     data.attributes["position"].data.foreach_set("vector", numpy.array(places, numpy.float32).reshape(-1))
     radius = data.attributes.get("radius") or data.attributes.new("radius", "FLOAT", "POINT")
     radius.data.foreach_set("value", numpy.array(radii, numpy.float32))

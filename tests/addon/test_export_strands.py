@@ -63,7 +63,7 @@ class Particles(Strands):
         self.assertEqual(primitive["mode"], 1)
         expected = [[9 * n + k, 9 * n + k + 1] for n in range(12) for k in range(8)]
         self.assertEqual(self.pairs(found, primitive).tolist(), expected)
-        self.assertEqual(primitive["extensions"]["SUNDOG_mesh"]["strands"], {"shape": "ribbon", "radius": "_RADIUS", "steps": 3})
+        self.assertEqual(primitive["extensions"]["SUNDOG_mesh"]["strands"], {"shape": "ribbon", "radius": "_RADIUS", "steps": 5})
         # Beside the ball, in its place.
         ball, hair = found.nodes("ball")
         self.assertEqual(ball["matrix"], hair["matrix"])
@@ -191,8 +191,8 @@ class Particles(Strands):
     def test_shapes_of_the_scene(self):
         strand_kit.hairy(count=2)
         curves = self.scene.cycles_curves
-        curves.subdivisions = 4
-        names = {"RIBBONS": {"shape": "ribbon", "radius": "_RADIUS", "steps": 5}, "THICK": {"shape": "round", "radius": "_RADIUS"}}
+        curves.subdivisions = 3
+        names = {"RIBBONS": {"shape": "ribbon", "radius": "_RADIUS", "steps": 9}, "THICK": {"shape": "round", "radius": "_RADIUS"}}
         names["THICK_LINEAR"] = {"shape": "round-linear", "radius": "_RADIUS"}
         for shape in curves.bl_rna.properties["shape"].enum_items.keys():
             curves.shape = shape

@@ -45,7 +45,8 @@ def look(scene):
     shape = _SHAPES.get(getattr(settings, "shape", "RIBBONS"), "ribbon")
     if shape != "ribbon":
         return {"shape": shape, "radius": RADII}
-    return {"shape": shape, "radius": RADII, "steps": min(getattr(settings, "subdivisions", 2) + 1, 255)}
+    # By how far Cycles' pictures of bent ribbons are from Sundog's (5.2.3, 4.2.23): 2, 3, 5, 9 and 17 pieces.
+    return {"shape": shape, "radius": RADII, "steps": min(1 << getattr(settings, "subdivisions", 2), 16) + 1}
 
 
 class Strands:
