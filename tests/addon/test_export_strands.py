@@ -421,6 +421,16 @@ class Points(Strands):
         shown.data.attributes["shade"].data.foreach_get("color", shade)
         self.near(arrays.get("_SUNDOG_0", arrays.get("COLOR_0"))[:, :3], shade.reshape(-1, 4)[:, :3])
 
+    @unittest.skipUnless("type" in bpy.types.PointCloud.bl_rna.properties, "this Blender has no Gaussian splats")
+    def test_gaussian_splats_are_told(self):
+        data = bpy.data.pointclouds.new("splats")
+        data.resize(3)
+        data.type = "GAUSSIAN_SPLAT"
+        self.link("splats", data)
+        found = self.export()
+        self.assertEqual(found.names(), [])
+        self.assertIn("Gaussian splats", found.verdict("object", "splats")["detail"])
+
     def test_hair_switched_off_leaves_points(self):
         strand_kit.points(self.scene, None, 5)
         self.link("curves", strand_kit.curves(count=2))

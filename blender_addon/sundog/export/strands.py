@@ -366,7 +366,10 @@ def of_curves(data):
 
 
 def of_points(data):
-    """The Strands of an evaluated point cloud."""
+    """The Strands of an evaluated point cloud. Raises geometry.GeometryError."""
+    if getattr(data, "type", "POINTS") != "POINTS":
+        # From 5.3 on.
+        raise geometry.GeometryError("it is made of Gaussian splats")
     positions = _attribute(data, "position")
     if positions is None or not len(positions):
         return []
