@@ -127,6 +127,7 @@ class Exporter:
         self._light_groups = [group.name for group in self.view_layer.lightgroups]
         world = self._override("world") or self.scene.world
         worlds.prepare(world and world.evaluated_get(self.depsgraph), self.cache, self._pixel())
+        has_hair = self.view_layer.use_strand and strands.are_in(self.depsgraph)
         told = time.monotonic()
         for count, instance in enumerate(self.depsgraph.object_instances):
             # Whoever is told may stop the export by raising.
@@ -136,7 +137,7 @@ class Exporter:
             # `show_self` is off for instancers that are not shown themselves.
             if instance.show_self:
                 self._instance(instance)
-            if self.view_layer.use_strand:
+            if has_hair:
                 self._hair(instance)
         self._write_placed()
 
