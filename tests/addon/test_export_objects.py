@@ -9,6 +9,7 @@ import bpy
 import export_kit as kit
 import numpy
 from mathutils import Euler, Matrix, Quaternion
+from sundog.export import decomposed
 from sundog.export import scene as scenes
 
 
@@ -331,13 +332,13 @@ class Placed(kit.ExportTest):
         matrices = numpy.tile(numpy.eye(4), (200, 1, 1))
         matrices[:, :3, :3] = numpy.linalg.qr(random.normal(size=(200, 3, 3)))[0]
         matrices[:, :3, :3] *= random.uniform(0.01, 100, (200, 1, 3)) * random.choice([-1, 1], (200, 1, 3))
-        translation, rotation, scale, exact = scenes.decompose(matrices)
+        translation, rotation, scale, exact = decomposed.decompose(matrices)
         self.assertTrue(exact.all())
         again = scenes._rotations(rotation.astype(float)) * scale[:, None, :]
         relative = numpy.abs(again - matrices[:, :3, :3]).max(axis=(1, 2)) / numpy.abs(matrices[:, :3, :3]).max(axis=(1, 2))
         self.assertLess(relative.max(), 1e-6)
         matrices[:, 0, 1] += 0.3 * numpy.abs(matrices[:, :3, :3]).max(axis=(1, 2))
-        self.assertLess(scenes.decompose(matrices)[3].mean(), 0.05)
+        self.assertLess(decomposed.decompose(matrices)[3].mean(), 0.05)
 
     def test_linked_library(self):
         inside = bpy.data.collections.new("linked")
