@@ -10,7 +10,6 @@ import export_kit as kit
 import numpy
 from mathutils import Euler, Matrix, Quaternion
 from sundog.export import decomposed
-from sundog.export import scene as scenes
 
 
 class Shown(kit.ExportTest):
@@ -334,7 +333,7 @@ class Placed(kit.ExportTest):
         matrices[:, :3, :3] *= random.uniform(0.01, 100, (200, 1, 3)) * random.choice([-1, 1], (200, 1, 3))
         translation, rotation, scale, exact = decomposed.decompose(matrices)
         self.assertTrue(exact.all())
-        again = scenes._rotations(rotation.astype(float)) * scale[:, None, :]
+        again = decomposed._rotations(rotation.astype(float)) * scale[:, None, :]
         relative = numpy.abs(again - matrices[:, :3, :3]).max(axis=(1, 2)) / numpy.abs(matrices[:, :3, :3]).max(axis=(1, 2))
         self.assertLess(relative.max(), 1e-6)
         matrices[:, 0, 1] += 0.3 * numpy.abs(matrices[:, :3, :3]).max(axis=(1, 2))

@@ -80,6 +80,12 @@ class Hair(kit.ExportTest):
             self.compare(f"radius {shape}")
             bpy.data.objects.remove(shown)
 
+    def test_spirals_beside_other_hair(self):
+        shown = self.hairy(strand_kit.diffuse((0.7, 0.5, 0.3, 1)), count=60, kink="SPIRAL", kink_extra_steps=6, kink_amplitude=0.1)
+        settings = {"child_type": "SIMPLE", "rendered_child_count": 4, "hair_length": 0.8, "radius_scale": 0.04}
+        strand_kit.add_hair(shown, "more", count=50, **settings)
+        self.compare("spirals")
+
     def test_what_nodes_tell(self):
         outputs = ["Is Strand", "Intercept", "Length", "Thickness", "Tangent Normal", "Random"]
         shown = self.hairy(None)
