@@ -29,11 +29,7 @@ SHOWN = {"DATA_PT_camera_dof", "DATA_PT_camera_dof_aperture", "EEVEE_MATERIAL_PT
 # Blender's panels of what is not rendered, and what they then say at their top.
 NOT_RENDERED = {
     "DATA_PT_context_volume": "Sundog does not render volume objects",
-    "DATA_PT_context_pointcloud": "Sundog does not render point clouds",
-    "DATA_PT_context_curves": "Sundog does not render hair curves",
     "DATA_PT_lightprobe": "Light probes do nothing in Sundog",
-    "PARTICLE_PT_render_path": "Sundog does not render hair and paths",
-    "PARTICLE_PT_hair_shape": "Sundog does not render hair and paths",
     "PHYSICS_PT_smoke": "Sundog does not render smoke",
 }
 
@@ -165,6 +161,22 @@ class SUNDOG_RENDER_PT_light_paths(_Closed, Panel):
         column.prop(settings, "caustics_refractive", text="Refractive")
 
 
+class SUNDOG_RENDER_PT_curves(_Closed, Panel):
+    bl_label = "Curves"
+    bl_context = "render"
+
+    @classmethod
+    def applies(cls, context):
+        """They are Cycles' own settings."""
+        return hasattr(context.scene, "cycles_curves")
+
+    def show(self, layout, context):
+        curves = context.scene.cycles_curves
+        layout.prop(curves, "shape")
+        if curves.shape == "RIBBONS":
+            layout.prop(curves, "subdivisions")
+
+
 class SUNDOG_RENDER_PT_simplify(_Closed, Panel):
     bl_label = "Simplify"
     bl_context = "render"
@@ -250,8 +262,9 @@ class SUNDOG_VIEW_LAYER_PT_filter(_Closed, Panel):
         column = layout.column(heading="Include")
         column.prop(layer, "use_sky", text="Environment")
         column.prop(layer, "use_solid", text="Surfaces")
+        column.prop(layer, "use_strand", text="Curves")
+        column.prop(layer, "use_volumes", text="Volumes")
         prop(column, layer, "use_grease_pencil", text="Grease Pencil")
-        layout.label(text="Sundog does not render curves and volumes", icon="INFO")
 
 
 class SUNDOG_VIEW_LAYER_PT_override(_Closed, Panel):
@@ -502,6 +515,7 @@ _CLASSES = (
     SUNDOG_RENDER_PT_denoising,
     SUNDOG_RENDER_PT_sampling_advanced,
     SUNDOG_RENDER_PT_light_paths,
+    SUNDOG_RENDER_PT_curves,
     SUNDOG_RENDER_PT_simplify,
     SUNDOG_RENDER_PT_film,
     SUNDOG_RENDER_PT_performance,

@@ -104,7 +104,7 @@ class Panels(EngineTest):
             return [c.bl_label for c in classes if getattr(c, "bl_context", "") == "render" and not hasattr(c, "bl_parent_id")]
 
         ours, theirs = labels(ui._CLASSES), labels(sys.modules["cycles.ui"].classes)
-        self.assertEqual(ours[:4], ["Sampling", "Light Paths", "Simplify", "Film"])
+        self.assertEqual(ours[:5], ["Sampling", "Light Paths", "Curves", "Simplify", "Film"])
         self.assertEqual([label for label in ours if label in theirs], [label for label in theirs if label in ours])
         # Panels of one order stand as they are registered, Blender's own before all add-ons'.
         above = [p for p in ui.blenders_panels() if getattr(p, "bl_context", "") == "render" and not getattr(p, "bl_parent_id", "") and not getattr(p, "bl_order", 0)]

@@ -271,7 +271,7 @@ class Structure(GraphTest):
                 self.assertEqual(verdict["verdict"], told.get(kind, "exact"), verdict)
                 shown = bpy.data.materials[kind].evaluated_get(bpy.context.evaluated_depsgraph_get())
                 source = next(n for n in shown.node_tree.nodes if n.bl_idname == kind)
-                constants = {"RGB", "Value", "Blackbody", "Normal", "Wavelength", "HairInfo", "PointInfo", "VolumeInfo"}
+                constants = {"RGB", "Value", "Blackbody", "Normal", "Wavelength", "VolumeInfo"}
                 if kind.removeprefix("ShaderNode") in constants:
                     self.assertNotIn(kind, [n["type"] for n in self.graph_of(found, kind)["nodes"]])
                     continue

@@ -30,9 +30,9 @@ EVALUATED = {
     "ShaderNodeNewGeometry": ALL,
     "ShaderNodeObjectInfo": ALL,
     "ShaderNodeParticleInfo": ALL,
-    # Of meshes, which are none of these.
     "ShaderNodeHairInfo": ALL,
     "ShaderNodePointInfo": ALL,
+    # Of meshes, which are not filled.
     "ShaderNodeVolumeInfo": ALL,
     "ShaderNodeCameraData": ALL,
     "ShaderNodeLightFalloff": ALL,

@@ -16,7 +16,10 @@ import numpy
 from . import colorspace, gltf, images, object_info
 
 # Outputs of the Geometry node that Cycles computes of the mesh, and what their attributes are called here.
-COMPUTED = {"Pointiness": "@pointiness", "Random Per Island": "@random_per_island"}
+COMPUTED = {
+    ("ShaderNodeNewGeometry", "Pointiness"): "@pointiness",
+    ("ShaderNodeNewGeometry", "Random Per Island"): "@random_per_island",
+}
 
 # Names under which attributes are read that no mesh need have.
 _OWN = {"uv", "generated", "pointiness", "random_per_island"}
@@ -70,7 +73,8 @@ class Demand:
         return {*self.attributes, *([(self.color, self.color_width)] if self.color is not None else ())}
 
 
-def _read(collection, attribute, dtype, width=1):
+def read(collection, attribute, dtype, width=1):
+    """An attribute of all of a collection, as an array of rows if it has several numbers."""
     values = numpy.empty(len(collection) * width, dtype)
     collection.foreach_get(attribute, values)
     return values if width == 1 else values.reshape(-1, width)
@@ -78,7 +82,7 @@ def _read(collection, attribute, dtype, width=1):
 
 def _attribute(mesh, name, field, dtype, width=1):
     attribute = mesh.attributes.get(name)
-    return None if attribute is None else _read(attribute.data, field, dtype, width)
+    return None if attribute is None else read(attribute.data, field, dtype, width)
 
 
 def material_indices(mesh):
@@ -108,7 +112,7 @@ def on_sphere(positions):
     return numpy.stack([u, v], axis=1).astype(numpy.float32)
 
 
-_FIELDS = {
+FIELDS = {
     "FLOAT_COLOR": ("color", 4),
     "BYTE_COLOR": ("color", 4),
     "FLOAT": ("value", 1),
@@ -129,34 +133,45 @@ def _color(mesh, name, width):
         name = mesh.color_attributes.render_color_index
         name = mesh.color_attributes[name].name if 0 <= name < len(mesh.color_attributes) else ""
     attribute = mesh.attributes.get(name)
-    if attribute is None or attribute.data_type not in _FIELDS:
+    if attribute is None or attribute.data_type not in FIELDS:
         return None
-    field, components = _FIELDS[attribute.data_type]
+    if attribute.domain not in {"POINT", "EDGE", "CORNER", "FACE"}:
+        return None
+    return attribute.domain, to_width(values_of(attribute), width)
+
+
+def values_of(attribute):
+    """The linear numbers of an attribute as floats: elements × 1 to 4."""
+    field, components = FIELDS[attribute.data_type]
     # Blender's `color` is in the working space, and so Cycles (5.0.1, 5.2.3) has those of corners; all others it only decodes.
     encoded = (
         attribute.data_type == "BYTE_COLOR" and attribute.domain != "CORNER" and colorspace.working_space() != colorspace.REC709
     )
     if encoded:
         field = "color_srgb"
-    if attribute.domain not in {"POINT", "EDGE", "CORNER", "FACE"}:
-        return None
     if attribute.data_type in {"INT", "INT8", "BOOLEAN"}:
         kind = bool if attribute.data_type == "BOOLEAN" else numpy.int32
-        values = _read(attribute.data, field, kind).astype(numpy.float32)
+        values = read(attribute.data, field, kind).astype(numpy.float32)
     else:
-        values = _read(attribute.data, field, numpy.float32, components)
+        values = read(attribute.data, field, numpy.float32, components)
     values = values.reshape(-1, components)
     if encoded:
         values[:, :3] = images.decode_srgb(values[:, :3])
+    return values
+
+
+def to_width(values, width):
+    """Numbers of an attribute as so many as are asked for, as Cycles converts them. One component: as in Demand."""
+    components = values.shape[1]
     if width == 1:
         number = values[:, :1] if components < 3 else values[:, :3].mean(axis=1, keepdims=True, dtype=numpy.float32)
-        return attribute.domain, numpy.repeat(number, 3, axis=1)
+        return numpy.repeat(number, 3, axis=1)
     if components == 1:
         values = numpy.repeat(values, 3, axis=1)
     while values.shape[1] < width:
         fill = numpy.full((len(values), 1), 1.0 if values.shape[1] == 3 else 0.0, numpy.float32)
         values = numpy.concatenate([values, fill], axis=1)
-    return attribute.domain, values[:, :width]
+    return values[:, :width]
 
 
 def _computed(mesh, name, width):
@@ -165,7 +180,7 @@ def _computed(mesh, name, width):
         layer = uv_layer(mesh, None)
         if layer is None:
             return None
-        domain, values = "CORNER", _read(layer.uv, "vector", numpy.float32, 2)
+        domain, values = "CORNER", read(layer.uv, "vector", numpy.float32, 2)
     elif name == "generated":
         domain, values = "POINT", generated(mesh)
     else:
@@ -182,9 +197,9 @@ def _computed(mesh, name, width):
 
 def step_of(mesh, domain):
     """Positions and normals of a mesh, as it is now, for the motion of one whose normals are those of a domain."""
-    positions = _read(mesh.vertices, "co", numpy.float32, 3)
+    positions = read(mesh.vertices, "co", numpy.float32, 3)
     normals = {"POINT": "vertex_normals", "CORNER": "corner_normals"}.get(domain)
-    return positions, None if normals is None else _read(getattr(mesh, normals), "vector", numpy.float32, 3)
+    return positions, None if normals is None else read(getattr(mesh, normals), "vector", numpy.float32, 3)
 
 
 class Raw:
@@ -200,25 +215,25 @@ class Raw:
         self.positions = _attribute(mesh, "position", "vector", numpy.float32, 3)
         self.corner_vertices = _attribute(mesh, ".corner_vert", "value", numpy.int32)
         if self.positions is None:
-            self.positions = _read(mesh.vertices, "co", numpy.float32, 3)
+            self.positions = read(mesh.vertices, "co", numpy.float32, 3)
         if self.corner_vertices is None:
-            self.corner_vertices = _read(mesh.loops, "vertex_index", numpy.int32)
-        self.polygon_starts = _read(mesh.polygons, "loop_start", numpy.int32)
+            self.corner_vertices = read(mesh.loops, "vertex_index", numpy.int32)
+        self.polygon_starts = read(mesh.polygons, "loop_start", numpy.int32)
         self.slots = material_indices(mesh)
         # As Cycles has them: flat meshes by their triangles, smooth ones by their vertices, and all
         # others (sharp edges, some faces flat, custom normals) by their corners.
         self.domain = mesh.normals_domain
         self.normals = None
         if self.domain == "POINT":
-            self.normals = _read(mesh.vertex_normals, "vector", numpy.float32, 3)
+            self.normals = read(mesh.vertex_normals, "vector", numpy.float32, 3)
         elif self.domain == "CORNER":
-            self.normals = _read(mesh.corner_normals, "vector", numpy.float32, 3)
+            self.normals = read(mesh.corner_normals, "vector", numpy.float32, 3)
         uv_names = sorted({name for d in demands.values() for name in d.uvs}, key=lambda n: (n is None, n or ""))
         self.uvs = {}
         for name in uv_names:
             layer = uv_layer(mesh, name)
             if layer is not None:
-                self.uvs[name] = _read(layer.uv, "vector", numpy.float32, 2)
+                self.uvs[name] = read(layer.uv, "vector", numpy.float32, 2)
             elif name == OR_SPHERE:
                 if not mesh.uv_layers:
                     self.uvs[name] = on_sphere(self.positions)[self.corner_vertices]
@@ -281,7 +296,7 @@ class Raw:
             return numpy.repeat(values, totals, axis=0)
         if domain == "EDGE":
             # As Cycles has them: the mean of all edges at the vertex.
-            ends = _read(self.mesh.edges, "vertices", numpy.int32, 2).reshape(-1)
+            ends = read(self.mesh.edges, "vertices", numpy.int32, 2).reshape(-1)
             met = numpy.maximum(numpy.bincount(ends, minlength=len(self.positions)), 1)
             sums = [numpy.bincount(ends, numpy.repeat(column, 2), len(self.positions)) for column in values.T]
             return (numpy.stack(sums, axis=1) / met[:, None])[self.corner_vertices].astype(numpy.float32)
@@ -298,8 +313,8 @@ class Raw:
             faces = numpy.searchsorted(self.polygon_starts, quads[:, 0], "right") - 1
             return quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3), numpy.repeat(faces, 2)
         self.mesh.calc_loop_triangles()
-        numbers = None if self.slots is None else _read(self.mesh.loop_triangle_polygons, "value", numpy.int32)
-        return _read(self.mesh.loop_triangles, "loops", numpy.int32, 3), numbers
+        numbers = None if self.slots is None else read(self.mesh.loop_triangle_polygons, "value", numpy.int32)
+        return read(self.mesh.loop_triangles, "loops", numpy.int32, 3), numbers
 
     def primitives(self):
         """For each slot in use: slot, and the arrays of its primitive by glTF's names."""
@@ -428,7 +443,7 @@ def texture_space(mesh):
 
 def is_deformed(mesh):
     """Whether vertices have other places than those that Cycles makes generated coordinates of."""
-    before, after = (_read(mesh.vertices, field, numpy.float32, 3) for field in ("undeformed_co", "co"))
+    before, after = (read(mesh.vertices, field, numpy.float32, 3) for field in ("undeformed_co", "co"))
     scale = float(numpy.abs(after).max(initial=0.0))
     # Blender keeps the places before modifiers relative to the texture space, which rounds them.
     return bool((numpy.abs(before - after) > 1e-5 * scale + 1e-12).any())
@@ -436,7 +451,7 @@ def is_deformed(mesh):
 
 def generated(mesh):
     """Generated coordinates of the vertices, by their places before modifiers and shape keys."""
-    before = _read(mesh.vertices, "undeformed_co", numpy.float32, 3)
+    before = read(mesh.vertices, "undeformed_co", numpy.float32, 3)
     middle, size = (numpy.array(v, numpy.float32) for v in (mesh.texspace_location, mesh.texspace_size))
     size[size == 0] = 1
     return (before - middle + size) / (2 * size)
@@ -445,9 +460,9 @@ def generated(mesh):
 def pointiness(mesh):
     """Cycles' Pointiness by vertex: the angle between its normal and the mean of its edges, in turns of a half, blurred once.
     Vertices in one place count as one."""
-    places = _read(mesh.vertices, "co", numpy.float32, 3)
-    edges = _read(mesh.edges, "vertices", numpy.int32, 2)
-    normals = _read(mesh.vertex_normals, "vector", numpy.float32, 3)
+    places = read(mesh.vertices, "co", numpy.float32, 3)
+    edges = read(mesh.edges, "vertices", numpy.int32, 2)
+    normals = read(mesh.vertex_normals, "vector", numpy.float32, 3)
     _, firsts, one = numpy.unique(places, axis=0, return_index=True, return_inverse=True)
     one = one.reshape(-1)
     count = len(firsts)
@@ -486,14 +501,14 @@ def islands(mesh):
             parents[at], at = to, parents[at]
         return to
 
-    for first, second in _read(mesh.edges, "vertices", numpy.int32, 2).tolist():
+    for first, second in read(mesh.edges, "vertices", numpy.int32, 2).tolist():
         first, second = shortened(first), shortened(second)
         if first != second:
             if ranks[first] < ranks[second]:
                 first, second = second, first
             parents[second] = first
             ranks[first] += ranks[first] == ranks[second]
-    firsts = _read(mesh.loops, "vertex_index", numpy.int32)[_read(mesh.polygons, "loop_start", numpy.int32)]
+    firsts = read(mesh.loops, "vertex_index", numpy.int32)[read(mesh.polygons, "loop_start", numpy.int32)]
     known = {}
     values = numpy.empty(len(firsts), numpy.float32)
     for number, vertex in enumerate(firsts.tolist()):
@@ -521,14 +536,25 @@ def store(mesh, demands, cache, diced=None, steps=None):
         return None
     raw = Raw(mesh, demands, diced, steps)
     path = os.path.join(cache, f"mesh-{raw.hash}.bin")
+
+    def primitives():
+        for slot, named in raw.primitives():
+            yield slot, diced.divided(named, curved=raw.domain == "POINT") if diced else named
+
+    return stored(path, primitives, (lambda: {"enlarged": diced.enlarged}) if diced else dict)
+
+
+def stored(path, primitives, notes=dict):
+    """A file of the cache with a mesh's primitives, written unless it is there; None if there are none.
+
+    `primitives()` gives the slot of each and its arrays by glTF's names, `notes()` what the layout tells beside. Raises GeometryError.
+    """
     layout = _read_layout(path)
     if layout is not None:
         return Stored(path, layout, False)
-    arrays, primitives = [], []
-    for slot, named in raw.primitives():
+    arrays, described = [], []
+    for slot, named in primitives():
         primitive = {"slot": slot, "attributes": {}}
-        if diced:
-            named = diced.divided(named, curved=raw.domain == "POINT")
         for name, values in named.items():
             options = {"POSITION": ("bounds",), "indices": ("index",)}.get(name, ())
             if name == "indices":
@@ -536,18 +562,17 @@ def store(mesh, demands, cache, diced=None, steps=None):
             else:
                 primitive["attributes"][name] = len(arrays)
             arrays.append((numpy.ascontiguousarray(values), options))
-        primitives.append(primitive)
-    if not primitives:
+        described.append(primitive)
+    if not described:
         return None
     try:
         parts, layout = gltf.describe_arrays(arrays)
     except MemoryError as error:
         raise GeometryError("there is not enough memory for it") from error
-    layout["primitives"] = primitives
-    if diced:
-        layout["enlarged"] = diced.enlarged
-    notes = json.dumps(layout).encode()
-    gltf.write_whole(path, [*parts, notes, struct.pack("<Q", len(notes)), MARK])
+    layout["primitives"] = described
+    layout.update(notes())
+    written = json.dumps(layout).encode()
+    gltf.write_whole(path, [*parts, written, struct.pack("<Q", len(written)), MARK])
     return Stored(path, layout, True)
 
 

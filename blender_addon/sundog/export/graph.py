@@ -375,8 +375,9 @@ class Walk:
         if node.type == "TEX_POINTDENSITY" and node.object is None:
             # Of no points.
             return zero
-        # Meshes are none of these.
-        if node.type in {"HAIR_INFO", "POINT_INFO", "VOLUME_INFO"}:
+        # Only surfaces can be strands and points, and only what is filled has grids.
+        is_surface = self.table is None and not self._fills
+        if node.type == "VOLUME_INFO" or (node.type in {"HAIR_INFO", "POINT_INFO"} and not is_surface):
             return zero
         if (node.type, socket.identifier) == ("LIGHT_PATH", "Portal Depth") and not _has_portals():
             return zero

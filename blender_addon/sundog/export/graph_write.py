@@ -10,12 +10,15 @@ import os
 import bpy
 import numpy
 
-from . import colorspace, evaluated, geometry, gltf, ies, images, object_info, skies
+from . import colorspace, evaluated, geometry, gltf, ies, images, object_info, skies, strands
 from .baker import BakeError
 from .graph import Link, Walk
 from .nodes import CUT, Walker, name_of, not_in_cycles, tree_of
 from .stand_ins import TABLE_SIZE, in_other_words, short, table
 from .verdicts import APPROXIMATED, EXACT, LOST, Finding
+
+# Outputs that are attributes of vertices, by nodes.
+COMPUTED = {**geometry.COMPUTED, **strands.COMPUTED}
 
 # Cycles before 5.0 has other colours, and no films on metals.
 OLD_FILM = "the thin film is rendered as Blender 5 does"
@@ -189,8 +192,7 @@ class GraphWriter:
         )
         self.result.generated |= coordinates
         self.result.informed |= kind == "ShaderNodeObjectInfo" and bool(use.outputs - {"Location", "Material Index"})
-        if kind == "ShaderNodeNewGeometry":
-            self._widths.update({geometry.COMPUTED[o]: 1 for o in use.outputs if o in geometry.COMPUTED})
+        self._widths.update({COMPUTED[kind, o]: 1 for o in use.outputs if (kind, o) in COMPUTED})
         name = _attribute_of(use.node)
         if name is not None and self.grids is None:
             # Of an attribute with two components Cycles takes the first for its number, and the mean of all others.
@@ -242,8 +244,9 @@ class GraphWriter:
                 kind = {"Color": "color", "Alpha": "alpha"}.get(output, "vector")
                 found[output] = self.grids.value(name, kind)
                 continue
-            if use.node.bl_idname == "ShaderNodeNewGeometry" and output in geometry.COMPUTED:
-                found[output] = {"attribute": f"_SUNDOG_{numbers.index(geometry.COMPUTED[output])}"}
+            computed = COMPUTED.get((use.node.bl_idname, output))
+            if computed is not None:
+                found[output] = {"attribute": f"_SUNDOG_{numbers.index(computed)}"}
             asked = object_info.asked(use.node, output)
             if asked is None:
                 continue

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What moves while the shutter is open: matrices and vertices at the times at which Cycles asks for them.
+"""What moves while the shutter is open: matrices, vertices and keys of strands at the times at which Cycles asks for them.
 
 As in Cycles, lamps stand still, and so do materials, the world, focus and clip planes.
 """
@@ -9,8 +9,11 @@ import math
 import bpy
 import numpy
 
-from . import geometry
+from . import geometry, strands
 from .verdicts import LOST, Finding
+
+# Kinds of objects whose places and shapes are looked at.
+MOVING = {"MESH", "CURVES", "POINTCLOUD"}
 
 # As many as Cycles has: Embree takes no more.
 MOST_STEPS = 129
@@ -53,21 +56,35 @@ class Deformation:
     """A mesh at some times: `steps` of positions and normals (of vertices or of corners, as the mesh has them; None where it
     has none), None for the middle one, which is the mesh itself."""
 
+    # How far a vertex must be elsewhere to move.
+    least = 0.0
+
     def __init__(self, mesh, count):
-        self.domain = mesh.normals_domain
-        self.middle = geometry.step_of(mesh, self.domain)
+        self.read(mesh)
         self.steps = [None] * count
         self.changes = False
         self.moves = False
 
+    def read(self, mesh):
+        """Takes note of how the mesh is in the middle."""
+        self.domain = mesh.normals_domain
+        self.middle = geometry.step_of(mesh, self.domain)
+
+    def step_of(self, mesh):
+        """Positions and normals as they are now."""
+        return geometry.step_of(mesh, self.domain)
+
     def add(self, mesh, step):
         """Takes note of a step."""
-        found = geometry.step_of(mesh, self.domain)
+        found = self.step_of(mesh)
         if [len(a) for a in found if a is not None] != [len(a) for a in self.middle if a is not None]:
             self.changes = True
             return
         self.steps[step] = found
-        self.moves = self.moves or not numpy.array_equal(found[0], self.middle[0])
+        if self.least:
+            self.moves = self.moves or bool((numpy.linalg.norm(found[0] - self.middle[0], axis=1) > self.least).any())
+        else:
+            self.moves = self.moves or not numpy.array_equal(found[0], self.middle[0])
 
     def whole(self):
         """The steps, if there is a motion that can be told."""
@@ -75,12 +92,27 @@ class Deformation:
         return self.steps if self.moves and not self.changes and not missing else None
 
 
+class Bending(Deformation):
+    """As Deformation, of an object's strands or points."""
+
+    def __init__(self, shown, count, kind, depsgraph):
+        self.kind, self.depsgraph = kind, depsgraph
+        self.least = strands.MOVES_FROM if kind == "HAIR" else 0.0
+        super().__init__(shown, count)
+
+    def read(self, mesh):
+        self.middle = self.step_of(mesh)
+
+    def step_of(self, mesh):
+        return strands.keys_of(mesh, self.kind, self.depsgraph), None
+
+
 class Motion:
     """One shutter's motion. `move(frame, subframe)` brings the depsgraph to a time."""
 
-    def __init__(self, depsgraph, scene, move, still=False):
-        """`still`: nothing is blurred; it is looked where things are a frame before and after."""
-        self.still = still
+    def __init__(self, depsgraph, scene, move, still=False, with_hair=True):
+        """`still`: nothing is blurred; it is looked where things are a frame before and after. `with_hair`: hair is shown."""
+        self.still, self.with_hair = still, with_hair
         self.depsgraph, self.scene, self.move = depsgraph, scene, move
         render, cycles = scene.render, getattr(scene, "cycles", None)
         self.frame = scene.frame_current + scene.frame_subframe
@@ -88,6 +120,7 @@ class Motion:
         position = getattr(render, "motion_blur_position", None) or getattr(cycles, "motion_blur_position", "CENTER")
         self.middle = self.frame + (not still) * {"START": 0.5, "END": -0.5}.get(position, 0.0) * self.length
         self._matrices = {}
+        # By names and kinds.
         self._meshes = {}
         self._camera = {}
         self._window = None
@@ -99,8 +132,17 @@ class Motion:
 
     def _instances(self):
         for instance in self.depsgraph.object_instances:
-            if instance.show_self and instance.object.type == "MESH":
+            if instance.object.type in MOVING and (instance.show_self or instance.show_particles):
                 yield instance, instance.parent if instance.is_instance else None
+
+    def _shapes(self, instance):
+        """What an instance shows that may change its shape: (key, object, kind), the kind as in `strands.of_object`."""
+        shown = instance.object
+        if instance.show_self:
+            yield (shown.name_full, shown.type), shown, shown.type
+        hairy = strands.hairy(instance, self.depsgraph) if self.with_hair else None
+        if hairy is not None:
+            yield (hairy.name_full, "HAIR"), hairy, "HAIR"
 
     def record(self, window):
         """Looks at all times, and leaves the depsgraph in the middle. `window(camera)`: edges of the picture."""
@@ -113,10 +155,9 @@ class Motion:
                 continue
             wanted.update(times(count))
             self._matrices[_key(instance)] = [None] * count
-            name = instance.object.name_full
-            if name not in self._meshes and _deforms(instance.object, parent, self.scene):
-                with geometry.readable(instance.object) as mesh:
-                    self._meshes[name] = Deformation(mesh, count)
+            for key, shown, kind in self._shapes(instance):
+                if key not in self._meshes and _deforms(shown, parent, self.scene):
+                    self._meshes[key] = self._shape(shown, kind, count)
         camera = self._shown_camera()
         count = self._steps(camera)
         self._camera = dict.fromkeys(times(count)) if count else {}
@@ -132,6 +173,16 @@ class Motion:
         self._go(self.middle)
         self._look(0.0)
 
+    def _shape(self, shown, kind, count):
+        """How something changes its shape; None if what it is made of cannot be told, which its own export says."""
+        if kind == "MESH":
+            with geometry.readable(shown) as mesh:
+                return Deformation(mesh, count)
+        try:
+            return Bending(shown, count, kind, self.depsgraph)
+        except geometry.GeometryError:
+            return None
+
     def _steps(self, shown, parent=None):
         return 3 if self.still else steps(shown, parent)
 
@@ -145,16 +196,27 @@ class Motion:
             matrices = self._matrices.get(_key(instance))
             if matrices is not None and (step := _step(time, len(matrices))) is not None:
                 matrices[step] = numpy.array(instance.matrix_world, float)
-            name = instance.object.name_full
-            deformation = self._meshes.get(name)
-            if deformation is None or name in seen or time == 0:
-                continue
-            seen.add(name)
-            if (step := _step(time, len(deformation.steps))) is not None:
-                with geometry.readable(instance.object) as mesh:
-                    deformation.add(mesh, step)
+            for key, shown, kind in self._shapes(instance) if time != 0 else ():
+                shape = self._meshes.get(key)
+                if shape is None or key in seen:
+                    continue
+                seen.add(key)
+                if (step := _step(time, len(shape.steps))) is not None:
+                    self._add(shape, shown, kind, step)
         if time in self._camera:
             self._camera[time] = numpy.array(self._shown_camera().matrix_world, float)
+
+    @staticmethod
+    def _add(shape, shown, kind, step):
+        if kind == "MESH":
+            with geometry.readable(shown) as mesh:
+                shape.add(mesh, step)
+            return
+        try:
+            shape.add(shown, step)
+        except geometry.GeometryError:
+            # Keys that are no places are none.
+            shape.changes = True
 
     def of(self, instance):
         """The matrices of an instance at its times; None where it stands still."""
@@ -170,13 +232,42 @@ class Motion:
 
     def of_mesh(self, shown, findings):
         """The steps of an object's mesh; None where it keeps its shape."""
-        found = self._meshes.get(shown.name_full)
+        found = self._meshes.get((shown.name_full, "MESH"))
         if found is None:
             return None
         if found.changes:
             words = "its vertices are not blurred: their number changes while the shutter is open"
             findings.append(Finding(LOST, words, "motion-blur"))
         return found.whole()
+
+    def of_strands(self, shown, kind, parts, findings):
+        """Lets the strands of an object move (`kind` as in strands.of_object); adds to findings what stands still."""
+        if kind != "HAIR" and self._by_velocity(shown, parts):
+            return
+        found = self._meshes.get((shown.name_full, kind))
+        steps = None if found is None else found.whole()
+        if found is not None and found.changes:
+            words = "its strands are not blurred: the number of their keys changes while the shutter is open"
+            findings.append(Finding(LOST, words, "motion-blur"))
+        if steps is None:
+            return
+        ends = numpy.cumsum([len(part.positions) for part in parts])
+        for part, end in zip(parts, ends):
+            own = slice(end - len(part.positions), end)
+            part.steps = [None if step is None else step[0][own] for step in steps]
+
+    def _by_velocity(self, shown, parts):
+        """Lets what has an attribute of velocities move by these, as in Cycles; whether it has one."""
+        if not self._steps(shown):
+            return False
+        frames = self.scene.render.fps / self.scene.render.fps_base
+        has = False
+        for part in parts:
+            velocity = part.velocity()
+            if velocity is not None:
+                way = velocity * numpy.float32(0.5 * self.length / frames)
+                part.steps, has = [part.positions - way, None, part.positions + way], True
+        return has
 
     def of_camera(self, unscaled, as_node, perspective):
         """SUNDOG_camera's `motion`; None where it stands still."""

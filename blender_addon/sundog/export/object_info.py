@@ -31,14 +31,16 @@ def _mixed(first, second):
     """Bob Jenkins' hash of two words, lookup3."""
     start = (0xDEADBEEF + (2 << 2) + 13) % 0x100000000
     words = [(start + first) % 0x100000000, (start + second) % 0x100000000, start]
-    _finish(words)
+    finish(words)
     return words[2]
 
 
-def _finish(words):
+def finish(words):
+    """The last mixing of the three words, in place; they are integers or arrays of 32 bits."""
+
     def step(to, by, turn):
-        turned = (words[by] << turn | words[by] >> (32 - turn)) % 0x100000000
-        words[to] = ((words[to] ^ words[by]) - turned) % 0x100000000
+        turned = (words[by] << turn | words[by] >> (32 - turn)) & 0xFFFFFFFF
+        words[to] = ((words[to] ^ words[by]) - turned) & 0xFFFFFFFF
 
     for to, by, turn in ((2, 1, 14), (0, 2, 11), (1, 0, 25), (2, 1, 16), (0, 2, 4), (1, 0, 14), (2, 1, 24)):
         step(to, by, turn)
@@ -48,7 +50,7 @@ def hashed_float(number):
     """The number from 0 to 1 that Cycles makes of one word."""
     start = (0xDEADBEEF + (1 << 2) + 13) % 0x100000000
     words = [(start + number) % 0x100000000, start, start]
-    _finish(words)
+    finish(words)
     return random_number(words[2])
 
 

@@ -11,7 +11,7 @@ import bpy
 import numpy
 
 from . import camera as cameras
-from . import colorspace, culling, dicing, evaluated, geometry, gltf, graph_write, grids, images, lights, linking, materials, modifiers, motion, nodes, object_info, views, visibility
+from . import colorspace, culling, decomposed, dicing, evaluated, geometry, gltf, graph_write, grids, images, lights, linking, materials, modifiers, motion, nodes, object_info, strands, views, visibility
 from . import world as worlds
 from .verdicts import APPROXIMATED, EXACT, LOST, Finding
 
@@ -21,16 +21,11 @@ TO_GLTF = numpy.array([[1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, -1.0, 0, 0], [0, 0, 0
 # From this many copies on, instances are written as arrays instead of as nodes.
 INSTANCING_FROM = 64
 
-# Relative to the largest entry of a matrix, how far the f32 translation, rotation and scale may be from it.
-INSTANCING_ERROR = 1e-6
-
 # Seconds between two words on how far the export is.
 TELL_EVERY = 0.1
 
-LEFT_OUT = {
-    "CURVES": "hair curves",
-    "POINTCLOUD": "point clouds",
-}
+# Objects that are made of strands or points.
+STRANDS = {"CURVES", "POINTCLOUD"}
 
 # Before 4.3 and from then on.
 GREASE_PENCIL = {"GPENCIL", "GREASEPENCIL"}
@@ -118,7 +113,7 @@ class Exporter:
         """All that the depsgraph would render."""
         blurs = motion.is_on(self.scene, self.view_layer)
         if self.move is not None and (blurs or self.view_layer.use_pass_vector):
-            self.motion = motion.Motion(self.depsgraph, self.scene, self.move, still=not blurs)
+            self.motion = motion.Motion(self.depsgraph, self.scene, self.move, not blurs, self.view_layer.use_strand)
             self.motion.record(lambda shown: cameras.window(cameras.settings_of(shown, []), self.scene.render))
         eye, matrix, view = self._eye([])
         self._culling = culling.Culling(self.scene, eye, matrix, view)
@@ -129,6 +124,7 @@ class Exporter:
         self._light_groups = [group.name for group in self.view_layer.lightgroups]
         world = self._override("world") or self.scene.world
         worlds.prepare(world and world.evaluated_get(self.depsgraph), self.cache, self._pixel())
+        has_hair = self.view_layer.use_strand and strands.are_in(self.depsgraph)
         told = time.monotonic()
         for count, instance in enumerate(self.depsgraph.object_instances):
             # Whoever is told may stop the export by raising.
@@ -136,18 +132,17 @@ class Exporter:
                 self.report(f"{count} objects")
                 told = time.monotonic()
             # `show_self` is off for instancers that are not shown themselves.
-            if not instance.show_self:
-                if instance.show_particles:
-                    self._hair(instance, instance.object)
-                continue
-            self._instance(instance)
+            if instance.show_self:
+                self._instance(instance)
+            if has_hair:
+                self._hair(instance)
         self._write_placed()
 
     def _instance(self, instance):
         shown = instance.object
         parent = instance.parent if instance.is_instance else None
         key = None
-        if parent is not None and shown.type == "MESH":
+        if parent is not None and shown.type in {"MESH", *STRANDS}:
             # What is shown may be made for the moment, in one place for all that is: what it is made of tells.
             key = shown.original.as_pointer(), shown.data.as_pointer(), parent.as_pointer()
             if key in self._described:
@@ -168,18 +163,14 @@ class Exporter:
             return None
         if kind == "VOLUME" and self._is_switched_off(kind):
             return None
-        if kind in LEFT_OUT and self._is_switched_off(kind):
-            return None
-        if kind in LEFT_OUT:
-            self.verdicts.add("object", shown.name, LOST, f"{LEFT_OUT[kind]} are left out")
+        if kind == "CURVES" and self._is_switched_off(kind):
             return None
         if kind in GREASE_PENCIL:
             # Before 4.3 view layers had no switch for it.
             if getattr(self.view_layer, "use_grease_pencil", True):
                 self.verdicts.add("object", shown.name, EXACT, "Blender draws its Grease Pencil over the picture, as over Cycles'")
             return None
-        self._hair(instance, shown)
-        if kind not in {"MESH", "VOLUME"}:
+        if kind not in {"MESH", "VOLUME", *STRANDS}:
             # Curves, surfaces, texts and metaballs come a second time, as the meshes they amount to.
             return None
         if self._culling.leaves_out(shown, instance.matrix_world):
@@ -187,12 +178,16 @@ class Exporter:
         if kind == "MESH" and not self.view_layer.use_solid:
             # As Cycles: lamps and the world stay.
             return None
-        mesh = self._mesh(shown)
+        mesh = self._strands(shown, kind) if kind in STRANDS else self._mesh(shown)
         if mesh is None:
             return None
         offsets = getattr(shown, "shadow_terminator_shading_offset", 0.0), getattr(shown, "shadow_terminator_geometry_offset", 0.1)
         if kind == "MESH" and (offsets[0] != 0 or abs(offsets[1] - 0.1) > 1e-6):
             self.verdicts.add("object", shown.name, APPROXIMATED, "its Shadow Terminator is as by default: Shading Offset 0, Geometry Offset 0.1")
+        return self._described_with(mesh, shown, parent)
+
+    def _described_with(self, mesh, shown, parent):
+        """An object's glTF mesh with what all of its instances have."""
         extension = visibility.sundog_object([shown, parent], self.view_layer)
         self.verdicts.extend("object", shown.name, self._links.findings.get(shown.name_full, []), untouched=False)
         own = {**self._links.shining(shown), **self._links.lit(shown, parent)}
@@ -254,31 +249,75 @@ class Exporter:
         asked = getattr(getattr(light, "cycles", None), "is_caustics_light", False)
         return asked and has("is_caustics_caster") and has("is_caustics_receiver")
 
-    def _hair(self, instance, shown):
-        if instance.is_instance or not self.view_layer.use_strand:
+    def _hair(self, instance):
+        """The hair of an instance's particles, where it stands."""
+        shown = strands.hairy(instance, self.depsgraph)
+        if shown is None or self._culling.leaves_out(shown, instance.matrix_world):
             return
-        for system in getattr(shown, "particle_systems", ()):
-            if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
-                self.verdicts.add("object", shown.name, LOST, f"the hair of \"{system.name}\" is left out")
+        parent = instance.parent if instance.is_instance else None
+        key = "HAIR", shown.original.as_pointer(), parent and parent.as_pointer()
+        if key not in self._described:
+            mesh = self._strands(shown, "HAIR")
+            self._described[key] = None if mesh is None else self._described_with(mesh, shown, parent)
+        if self._described[key] is not None:
+            self._place(instance, parent, self._described[key])
 
     # Meshes
 
     def _mesh(self, shown):
         """Index of the glTF mesh of an evaluated object, or None."""
         mesh = shown.data
-        slots = [slot.material for slot in shown.material_slots] or list(mesh.materials)
+        slots = self._slots(shown)
         domain = grids.domain_of(shown) if shown.type == "MESH" else None
         if domain is not None and self._is_switched_off("VOLUME"):
             return None
-        override = self._override("material")
-        if override is not None:
-            slots = [override] * max(len(slots), 1)
         key = (mesh.as_pointer(), tuple(m.original.as_pointer() if m is not None else 0 for m in slots))
         if key not in self._meshes:
             filled = shown.type == "VOLUME" or domain is not None
             read = self._read_filled if filled else self._read_mesh
-            self._meshes[key] = read(shown, slots or [None])
+            self._meshes[key] = read(shown, slots)
         return self._meshes[key]
+
+    def _slots(self, shown):
+        """The materials of an evaluated object, with what the view layer shows instead."""
+        slots = [slot.material for slot in shown.material_slots] or list(shown.data.materials)
+        override = self._override("material")
+        return [override] * max(len(slots), 1) if override is not None else slots or [None]
+
+    def _strands(self, shown, kind):
+        """Index of the glTF mesh of an object's strands or points, or None; `kind` as in `strands.of_object`."""
+        slots = self._slots(shown)
+        owner = shown.original if kind == "HAIR" else shown.data
+        key = (kind, owner.as_pointer(), tuple(m.original.as_pointer() if m is not None else 0 for m in slots))
+        if key not in self._meshes:
+            self._meshes[key] = None
+            what = "it" if kind != "HAIR" else "its hair"
+            try:
+                parts = strands.of_object(shown, kind, len(slots), self.depsgraph)
+                if parts:
+                    self._meshes[key] = self._write_strands(parts, slots, shown, kind)
+            except geometry.GeometryError as error:
+                self.verdicts.add("object", shown.name, LOST, f"{what} is left out: {error}")
+            except MemoryError:
+                self.verdicts.add("object", shown.name, LOST, f"{what} is left out: there is not enough memory for it")
+        return self._meshes[key]
+
+    def _write_strands(self, parts, slots, shown, kind):
+        if self.motion is not None:
+            findings = []
+            self.motion.of_strands(shown, kind, parts, findings)
+            self.verdicts.extend("object", shown.name, findings, untouched=False)
+        exported = {part.slot: self._exported(slots[part.slot]) for part in parts}
+        stored = strands.store(parts, {slot: material.demand for slot, material in exported.items()}, self.cache)
+        self.changed_geometry += stored.written
+        look, primitives = strands.look(self.scene), self._primitives(stored, exported)
+        for primitive, part in zip(primitives, parts):
+            described = part.described(look, exported[part.slot].demand.generated)
+            if part.steps:
+                described["motion"] = [_step(primitive["attributes"], number) for number in range(len(part.steps))]
+            primitive["mode"] = 0 if part.counts is None else 1
+            primitive["extensions"] = {self.document.uses("SUNDOG_mesh"): described}
+        return self._add_mesh(shown.data.name, primitives, exported)
 
     def _read_filled(self, shown, slots):
         """A box with the grids of a Volume object or a domain of smoke."""
@@ -339,12 +378,7 @@ class Exporter:
             return None
         used = geometry.slots_in_use(mesh, len(slots))
         names = None if filled is None else filled.names
-        exported = {slot: self.materials.material(slots[slot], names) for slot in used}
-        for slot, material in exported.items():
-            name = slots[slot].name_full if slots[slot] is not None else None
-            if name is not None:
-                findings = material.findings + self._clear_glass(material.index)
-                self.verdicts.extend("material", name, findings)
+        exported = {slot: self._exported(slots[slot], names) for slot in used}
         stored = geometry.store(mesh, {slot: material.demand for slot, material in exported.items()}, self.cache, diced, steps)
         if stored is None:
             return None
@@ -352,17 +386,7 @@ class Exporter:
             words = f"its adaptive subdivision is approximated: its triangles are {stored.layout['enlarged']:.3g} times as large, so that they are not more than {dicing.MOST}"
             self.verdicts.add("object", name_of_object, APPROXIMATED, words)
         self.changed_geometry += stored.written
-        if stored.path not in self._buffers:
-            self._buffers[stored.path] = self.document.add_buffer(stored.path, stored.layout)
-        accessors = self._buffers[stored.path]
-        primitives = [
-            {
-                "attributes": {name: accessors[i] for name, i in primitive["attributes"].items()},
-                "indices": accessors[primitive["indices"]],
-                "material": exported[primitive["slot"]].index,
-            }
-            for primitive in stored.layout["primitives"]
-        ]
+        primitives = self._primitives(stored, exported)
         generated = [p for p, q in zip(primitives, stored.layout["primitives"]) if exported[q["slot"]].demand.generated]
         for primitive in generated:
             if "_GENERATED" in primitive["attributes"]:
@@ -381,7 +405,32 @@ class Exporter:
             extensions = primitive.setdefault("extensions", {})
             described = extensions.setdefault(self.document.uses("SUNDOG_mesh"), {})
             described["motion"] = [_step(primitive["attributes"], number) for number in range(len(steps))]
-        index = self.document.shared("meshes", {"name": mesh.name, "primitives": primitives})
+        return self._add_mesh(mesh.name, primitives, exported)
+
+    def _exported(self, material, grids_of=None):
+        """A material as it is written, with what is told of it."""
+        exported = self.materials.material(material, grids_of)
+        if material is not None:
+            self.verdicts.extend("material", material.name_full, exported.findings + self._clear_glass(exported.index))
+        return exported
+
+    def _primitives(self, stored, exported):
+        """The primitives of what is in a file of the cache. `exported`: the materials by slot."""
+        if stored.path not in self._buffers:
+            self._buffers[stored.path] = self.document.add_buffer(stored.path, stored.layout)
+        accessors = self._buffers[stored.path]
+        return [
+            {
+                "attributes": {name: accessors[i] for name, i in primitive["attributes"].items()},
+                "indices": accessors[primitive["indices"]],
+                "material": exported[primitive["slot"]].index,
+            }
+            for primitive in stored.layout["primitives"]
+        ]
+
+    def _add_mesh(self, name, primitives, exported):
+        """Index of a glTF mesh, and what its materials ask of objects."""
+        index = self.document.shared("meshes", {"name": name, "primitives": primitives})
         if any(material.informed for material in exported.values()):
             self._informed.add(index)
         self._asked[index] = set().union(*(material.values for material in exported.values()))
@@ -443,7 +492,7 @@ class Exporter:
 
     def _write_copies(self, mesh, extension, name, matrices):
         """Writes copies as arrays; returns the numbers of those that are not exact enough so (sheared ones)."""
-        translation, rotation, scale, exact = decompose(matrices)
+        translation, rotation, scale, exact = decomposed.decompose(matrices)
         if exact.sum() < INSTANCING_FROM:
             return numpy.arange(len(matrices))
         arrays = [numpy.ascontiguousarray(a[exact], numpy.float32) for a in (translation, rotation, scale)]
@@ -665,49 +714,3 @@ def render_settings(scene):
     if own is not None and own.film_exposure != 1:
         result["film_exposure"] = float(own.film_exposure)
     return result
-
-
-def decompose(matrices):
-    """(translation, rotation quaternion xyzw, scale, which of them give back the matrix in f32)."""
-    translation = matrices[:, :3, 3].astype(numpy.float32)
-    linear = matrices[:, :3, :3]
-    scale = numpy.linalg.norm(linear, axis=1)
-    safe = numpy.where(scale > 0, scale, 1)
-    turned = linear / safe[:, None, :]
-    mirrored = numpy.linalg.det(turned) < 0
-    scale = numpy.where(mirrored[:, None], -scale, scale).astype(numpy.float32)
-    turned = numpy.where(mirrored[:, None, None], -turned, turned)
-    rotation = _quaternions(turned).astype(numpy.float32)
-    again = _rotations(rotation.astype(float)) * scale[:, None, :].astype(float)
-    error = numpy.abs(again - linear).max(axis=(1, 2))
-    exact = error <= INSTANCING_ERROR * numpy.maximum(numpy.abs(linear).max(axis=(1, 2)), 1e-30)
-    return translation, rotation, scale, exact
-
-
-def _quaternions(m):
-    """Unit quaternions (x, y, z, w) of rotation matrices, by the largest component for exactness."""
-    trace = m[:, 0, 0] + m[:, 1, 1] + m[:, 2, 2]
-    squares = numpy.stack(
-        [1 + 2 * m[:, 0, 0] - trace, 1 + 2 * m[:, 1, 1] - trace, 1 + 2 * m[:, 2, 2] - trace, 1 + trace], axis=1
-    )
-    largest = squares.argmax(axis=1)
-    candidates = numpy.empty((len(m), 4, 4))
-    xy, xz, yz = m[:, 0, 1] + m[:, 1, 0], m[:, 0, 2] + m[:, 2, 0], m[:, 1, 2] + m[:, 2, 1]
-    zw, yw, xw = m[:, 1, 0] - m[:, 0, 1], m[:, 0, 2] - m[:, 2, 0], m[:, 2, 1] - m[:, 1, 2]
-    candidates[:, 0] = numpy.stack([squares[:, 0], xy, xz, xw], axis=1)
-    candidates[:, 1] = numpy.stack([xy, squares[:, 1], yz, yw], axis=1)
-    candidates[:, 2] = numpy.stack([xz, yz, squares[:, 2], zw], axis=1)
-    candidates[:, 3] = numpy.stack([xw, yw, zw, squares[:, 3]], axis=1)
-    chosen = candidates[numpy.arange(len(m)), largest]
-    return chosen / numpy.linalg.norm(chosen, axis=1, keepdims=True)
-
-
-def _rotations(q):
-    q = q / numpy.linalg.norm(q, axis=1, keepdims=True)
-    x, y, z, w = q.T
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ]
-    return numpy.array(rows).transpose(2, 0, 1)
