@@ -118,6 +118,7 @@ pub const TABLE: [EffectRow; COUNT] = {
         line(E::MotionBlur, Kernels, ["things that move while the shutter is open", "a placed object, its vertices or the camera that renders does"]),
         line(E::ShadowCatcher, Kernels, ["objects that show nothing but the shadows on them", "a placed object is one"]),
         line(E::RayPortals, Kernels, ["surfaces that send rays elsewhere", "a placed material has a Ray Portal BSDF"]),
+        line(E::HairShaders, Kernels, ["what fibres of hair do to light", "a placed material has a Hair BSDF or a Principled Hair BSDF"]),
     ]
 };
 

@@ -143,6 +143,8 @@ pub enum Effect {
     ShadowCatcher,
     /// Surfaces that send rays elsewhere.
     RayPortals,
+    /// What fibres do to light.
+    HairShaders,
 }
 
 impl Effect {

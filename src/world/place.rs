@@ -11,7 +11,7 @@ use crate::math::float::{Affine, BoundedPoint};
 use crate::scene::graph::function::{PathDepth, PlaceInput, Space, Transformed};
 use crate::scene::graph::{NormalSpace, TangentKind};
 use crate::scene::{ObjectInfo, TextureSpace};
-use crate::shading::program::{Met, Openness, Place};
+use crate::shading::program::{Met, Openness, Place, Strand};
 use glam::{DAffine3, DMat3, DVec3, Mat3, Vec2, Vec3, Vec4};
 
 /// What is known of an object, for programs that ask about places.
@@ -421,6 +421,11 @@ impl Place for HitPoint<'_> {
     fn tangent(&self, kind: TangentKind, direction: Vec2) -> Vec3 {
         let normal = self.outer_normal();
         self.entry.tangent(self, normal, (kind, direction))
+    }
+
+    #[cold]
+    fn strand(&self) -> Strand {
+        self.strand_of_mesh()
     }
 
     #[cold]
