@@ -116,7 +116,7 @@ impl Census {
             | Effect::Subsurface
             | Effect::DiffuseTransmission
             | Effect::Dispersion => materials("weight 0"),
-            Effect::RayPortals => materials("none"),
+            Effect::RayPortals | Effect::HairShaders => materials("none"),
             Effect::DiffuseRoughness => materials("smooth"),
             Effect::Anisotropy => materials("the same spread all around"),
             effect if super::sets::PROCEDURAL_TEXTURES.contains(effect) => {

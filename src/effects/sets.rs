@@ -51,6 +51,7 @@ pub const PATHS: EnumSet<Effect> = enum_set!(
         | Effect::CoincidentFaces
         | Effect::ShadowCatcher
         | Effect::RayPortals
+        | Effect::HairShaders
         | Effect::MotionBlur
         | Effect::Media
         | Effect::Absorption

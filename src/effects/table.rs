@@ -119,6 +119,7 @@ pub const TABLE: [EffectRow; COUNT] = {
         line(E::ShadowCatcher, Kernels, ["objects that show nothing but the shadows on them", "a placed object is one"]),
         line(E::RayPortals, Kernels, ["surfaces that send rays elsewhere", "a placed material has a Ray Portal BSDF"]),
         line(E::Strands, Kernels, ["hair and points", "a placed mesh is made of curves with a radius, or of spheres"]),
+        line(E::HairShaders, Kernels, ["what fibres of hair do to light", "a placed material has a Hair BSDF or a Principled Hair BSDF"]),
     ]
 };
 

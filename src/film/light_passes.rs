@@ -14,10 +14,10 @@ pub trait PassSink {
     /// and lets through; texture coordinates.
     #[inline(always)]
     fn first_surface(&mut self, _colors: impl FnOnce() -> [Vec3; 3], _uv: impl FnOnce() -> Vec2) {}
-    /// How that surface scatters light from a direction: all of it, the diffuse part, and whether the
-    /// direction lies beyond the surface.
+    /// How that surface scatters light from a direction: all of it, the diffuse part, and the share of the rest that is let
+    /// through.
     #[inline(always)]
-    fn first_scattering(&mut self, _whole: Vec3, _diffuse: Vec3, _beyond: bool) {}
+    fn first_scattering(&mut self, _whole: Vec3, _diffuse: Vec3, _through: impl FnOnce() -> Vec3) {}
     /// The first scattering is in a medium.
     #[inline(always)]
     fn first_in_medium(&mut self) {}
@@ -95,6 +95,8 @@ pub struct PathPasses {
     diffuse_share: Vec3,
     /// Kind of what is not diffuse.
     other: usize,
+    /// Share of that which is let through, where it is reflected or let through.
+    through: Vec3,
     /// For denoisers.
     pub features: PathFeatures,
     /// What was met first, if it is asked for.
@@ -182,7 +184,7 @@ impl PassSink for PathPasses {
     }
 
     #[inline]
-    fn first_scattering(&mut self, whole: Vec3, diffuse: Vec3, beyond: bool) {
+    fn first_scattering(&mut self, whole: Vec3, diffuse: Vec3, through: impl FnOnce() -> Vec3) {
         // Where nothing is scattered there is nothing to share out.
         let share = |diffuse: f32, whole: f32| if whole > 0.0 { diffuse / whole } else { 0.0 };
         self.diffuse_share = Vec3::new(
@@ -190,7 +192,7 @@ impl PassSink for PathPasses {
             share(diffuse.y, whole.y),
             share(diffuse.z, whole.z),
         );
-        self.other = if beyond { 2 } else { 1 };
+        (self.other, self.through) = (1, through());
     }
 
     #[inline]
@@ -213,9 +215,17 @@ impl PassSink for PathPasses {
         if self.split.is_some() {
             return;
         }
+        let indirect = usize::from(indirect);
         let diffuse = light * self.diffuse_share;
-        self.light[0][usize::from(indirect)] += diffuse;
-        self.light[self.other][usize::from(indirect)] += light - diffuse;
+        let rest = light - diffuse;
+        self.light[0][indirect] += diffuse;
+        if self.other == 1 {
+            let through = rest * self.through;
+            self.light[1][indirect] += rest - through;
+            self.light[2][indirect] += through;
+        } else {
+            self.light[self.other][indirect] += rest;
+        }
     }
 
     #[inline]

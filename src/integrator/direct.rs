@@ -184,7 +184,8 @@ impl<E: Features> Vertex<'_, E> {
         }
         sum.sink.step(|| step(Some(average(share))));
         if self.bounce == 0 {
-            sum.sink.first_scattering(reflected, diffuse, beyond);
+            sum.sink
+                .first_scattering(reflected, diffuse, || bsdf.through(light.wi));
         }
         let kept = sum.add_sampled(settings, contribution * share, (self.bounce, light.counts));
         let source = || world.lights.source(drawn);

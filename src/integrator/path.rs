@@ -617,8 +617,13 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
 
     /// Goes on in a direction; whether the path has not ended.
     #[inline(always)]
-    fn follow(&mut self, hit: &Hit, surface: &Surface, s: &BsdfSample) -> bool {
-        let beyond = s.scattering == Scattering::Transmission;
+    fn follow(
+        &mut self,
+        (hit, surface): (&Hit, &Surface),
+        bsdf: &KernelBsdf<E>,
+        s: &BsdfSample,
+    ) -> bool {
+        let beyond = s.beyond;
         let kind = kind_of(s.scattering);
         if self.world.ends_below::<E>(surface, s.wi, beyond) {
             self.end(End::Own);
@@ -632,7 +637,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
         if self.bounce == 0 {
             self.light
                 .sink
-                .first_scattering(s.weight, s.diffuse, beyond);
+                .first_scattering(s.weight, s.diffuse, || bsdf.through(s.wi));
         }
         self.beside.way += self.beside.walked + hit.distance;
         (self.beside.walked, self.beside.near) = (0.0, 0.0);

@@ -145,6 +145,8 @@ pub enum Effect {
     RayPortals,
     /// Hair, and points.
     Strands,
+    /// What fibres do to light.
+    HairShaders,
 }
 
 impl Effect {

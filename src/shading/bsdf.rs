@@ -4,6 +4,7 @@
 //! Lambertian lobe stands apart from the list: nearly every surface has it, and simple kernels have nothing else.
 
 mod elsewhere;
+mod fibres;
 mod kinds;
 mod roughness;
 mod uniform;
@@ -32,6 +33,7 @@ struct Entry {
     /// All of its directions are found by sampling it alone.
     is_delta: bool,
     is_diffuse: bool,
+    is_of_fibres: bool,
 }
 
 /// How paths change what surfaces do.
@@ -70,6 +72,8 @@ pub struct Bsdf<K = AllFeatures> {
     others: ArrayVec<Entry, MOST_LOBES>,
     /// Some lobe lets light through.
     transmits: bool,
+    /// Some lobe is of fibres.
+    has_fibres: bool,
     /// Some lobe in the list is found by light sampling.
     is_samplable: bool,
     /// All lobes in the list have the normal of the surface.
@@ -81,7 +85,7 @@ pub struct Bsdf<K = AllFeatures> {
 }
 
 /// What a surface did to a path, as Cycles tells rays apart: diffuse and glossy reflection, and what
-/// goes through to the other side (rough, clear or thin).
+/// goes through to the other side (rough, clear or thin), or through a fibre.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scattering {
     /// Reflected by a diffuse lobe.
@@ -105,7 +109,10 @@ pub struct BsdfSample {
     pub pdf: f32,
     /// Whether the direction could not have been found otherwise.
     pub delta: bool,
-    /// The kind of lobe that was drawn; `Transmission` if `wi` is on the other side of the surface.
+    /// `wi` is on the other side of the surface.
+    pub beyond: bool,
+    /// The kind of lobe that was drawn; `Transmission` if `wi` is on the other side of the surface, but for fibres, whose ways through
+    /// them it is.
     pub scattering: Scattering,
     /// Weight and density for an estimate of the lobes of that kind alone, beside which the others have their own.
     pub alone: (Vec3, f32),
@@ -198,6 +205,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
             },
             others: ArrayVec::new_const(),
             transmits: false,
+            has_fibres: false,
             is_samplable: false,
             agrees: true,
             p_others: 0.0,
@@ -228,10 +236,13 @@ impl<K: BsdfFeatures> Bsdf<K> {
     #[inline(always)]
     pub(super) fn add(&mut self, lobe: Lobe, albedo: Vec3) {
         self.transmits |= lobe.transmits();
+        let is_of_fibres = lobe.is_of_fibres();
+        self.has_fibres |= is_of_fibres;
         self.agrees &= lobe.normal() == self.normals.shading;
         let entry = Entry {
             is_delta: lobe.is_delta(),
             is_diffuse: lobe.is_diffuse(),
+            is_of_fibres,
             lobe,
             albedo,
             p: 0.0,
@@ -503,6 +514,9 @@ impl<K: BsdfFeatures> Bsdf<K> {
     /// that is a bump sees.
     #[inline]
     pub fn evaluate_sampled(&self, wi: Vec3) -> BsdfValue {
+        if self.has_fibres() {
+            return self.evaluate_sampled_fibres(wi);
+        }
         if !self.is_beyond(wi) {
             return if self.is_below(wi) && !self.is_seen_by_bump(wi) {
                 BsdfValue::ZERO
@@ -593,7 +607,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
             return None;
         }
         let sums = self.sums(usize::MAX, wi, false);
-        Self::weigh(wi, Scattering::Diffuse, &sums)
+        Self::weigh(wi, (Scattering::Diffuse, false), &sums)
     }
 
     /// The smooth normal behind which a lobe draws no direction.
@@ -615,7 +629,8 @@ impl<K: BsdfFeatures> Bsdf<K> {
             delta,
             of,
         } = entry.lobe.sample::<K>(self.smooth_of(entry), u, choice)?;
-        if self.is_below(wi) || self.is_beyond(wi) != transmitted {
+        let beyond = self.is_beyond(wi);
+        if self.is_below(wi) || beyond != transmitted && !entry.is_of_fibres {
             return None;
         }
         let scattering = entry.lobe.scattering(transmitted);
@@ -627,6 +642,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
                 diffuse: Vec3::ZERO,
                 pdf: 0.0,
                 delta,
+                beyond,
                 scattering,
                 alone: (weight, 0.0),
                 is_translucent: false,
@@ -637,10 +653,10 @@ impl<K: BsdfFeatures> Bsdf<K> {
         let mut sums = if is_alone {
             Sums::ZERO
         } else {
-            self.sums(index, wi, transmitted)
+            self.sums(index, wi, beyond)
         };
         sums.add(of, entry.p, entry.is_diffuse);
-        let sample = Self::weigh(wi, scattering, &sums)?;
+        let sample = Self::weigh(wi, (scattering, beyond), &sums)?;
         Some(BsdfSample {
             is_translucent: K::TRANSMISSION && matches!(entry.lobe, Lobe::Translucent(_)),
             ..sample
@@ -649,7 +665,11 @@ impl<K: BsdfFeatures> Bsdf<K> {
 
     /// The weight of a sampled direction under the whole mixture.
     #[inline]
-    fn weigh(wi: Vec3, scattering: Scattering, sums: &Sums) -> Option<BsdfSample> {
+    fn weigh(
+        wi: Vec3,
+        (scattering, beyond): (Scattering, bool),
+        sums: &Sums,
+    ) -> Option<BsdfSample> {
         let kind = if scattering == Scattering::Diffuse {
             &sums.diffuse
         } else {
@@ -662,6 +682,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
             diffuse: v.diffuse / v.pdf,
             pdf: v.pdf,
             delta: false,
+            beyond,
             scattering,
             alone: (kind.value / kind.pdf, kind.pdf),
             is_translucent: false,

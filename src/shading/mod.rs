@@ -4,6 +4,7 @@ pub mod bsdf;
 pub mod closure;
 pub mod dielectrics;
 pub mod dispersion;
+pub mod fibres;
 pub mod fresnel;
 pub mod ggx;
 pub mod layers;

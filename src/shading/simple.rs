@@ -1,4 +1,5 @@
 //! Blender's shaders of one lobe: Translucent, Refraction, Glass, Metallic, Sheen, Toon and Ray Portal BSDF, Subsurface Scattering.
+//! Those of hair: [`super::fibres`].
 
 use super::bsdf::Bsdf;
 use super::closure::microfacet::Reflectance;
@@ -152,6 +153,8 @@ impl<K: BsdfFeatures> Bsdf<K> {
                 };
                 self.add(Lobe::Portal(portal), color);
             }
+            SimpleBsdf::Hair { transmits } => self.add_hair(of, at, transmits),
+            SimpleBsdf::PrincipledHair(fibre) => self.add_principled_hair(of, at, tables, fibre),
             SimpleBsdf::Toon { glossy } => {
                 let color = reflected(at.color(&sockets[toon::COLOR])) * weight;
                 let sizes = (

@@ -1,8 +1,10 @@
 //! Tables of the albedos of materials' dielectrics.
 
 use super::material::{Preparer, tables_of};
-use crate::scene::graph::node::{glass, principled};
-use crate::scene::graph::{Distribution, PrincipledSummary, ShaderRules, SimpleBsdf};
+use crate::scene::graph::node::{glass, principled, principled_hair};
+use crate::scene::graph::{
+    Distribution, HairFibre, HairModel, PrincipledSummary, ShaderRules, SimpleBsdf,
+};
 use crate::scene::{Material, Scene};
 use crate::shading::dielectrics::Needs;
 use crate::shading::program::{Root, Shader, Weighted};
@@ -125,12 +127,16 @@ impl Preparer {
 
     /// Tables of the solid of a Glass BSDF.
     fn simple(&self, bsdf: SimpleBsdf, sockets: &[Root], beside: f32) -> Arc<Dielectrics> {
-        let SimpleBsdf::Glass {
-            distribution: Distribution::MultiscatterGgx,
-            rules,
-        } = bsdf
-        else {
-            return self.dielectrics(None, &[], 1.0);
+        let rules = match bsdf {
+            SimpleBsdf::Glass {
+                distribution: Distribution::MultiscatterGgx,
+                rules,
+            } => rules,
+            SimpleBsdf::PrincipledHair(HairFibre {
+                model: HairModel::Huang,
+                ..
+            }) => return self.fibre(sockets),
+            _ => return self.dielectrics(None, &[], 1.0),
         };
         let number = |socket: usize| sockets[socket].constant().map(|c| c.x);
         let share = |socket: usize| number(socket).map(|c| c.clamp(0.0, 1.0));
@@ -149,6 +155,25 @@ impl Preparer {
             solid: Some(indices),
             rows,
             estimate: self.estimate(rules),
+        })
+    }
+
+    /// Tables of the boundary of a fibre of facets, whose roughness is α itself.
+    fn fibre(&self, sockets: &[Root]) -> Arc<Dielectrics> {
+        let number = |socket: usize| sockets[socket].constant().map(|c| c.x);
+        let roughness = number(principled_hair::ROUGHNESS)
+            .filter(|_| number(principled_hair::RANDOM_ROUGHNESS) == Some(0.0))
+            .map(|alpha| alpha.clamp(0.001, 1.0).sqrt());
+        tables_of(Needs {
+            solid: Some(match number(principled_hair::IOR) {
+                Some(ior) => Indices::One(ior),
+                None => Indices::Between(0.0, ANY_INDEX),
+            }),
+            rows: Rows::between(
+                roughness.unwrap_or(0.0),
+                roughness.filter(|_| !self.roughens()).unwrap_or(1.0),
+            ),
+            estimate: self.estimate(ShaderRules::default()),
         })
     }
 }

@@ -3,7 +3,7 @@
 use super::asking::Asking;
 use super::moving::{self, Path, Slack};
 use super::place::{HitPoint, ObjectFacts};
-use super::strand::{Strand, StrandData};
+use super::strand::{OnStrand, StrandData};
 use super::turned::{
     as_normal, cofactor, double, outside_cofactor, placed_normals, placed_points, unit,
 };
@@ -446,7 +446,7 @@ impl MeshInstance {
     /// The normal that those of the corners make at a point, outside; the triangle's own where there are none. It can point to the
     /// other side of the triangle, where light from before it is seen by nobody: as in Cycles.
     pub fn smooth_normal(&self, mesh: &MeshData, at: &HitPoint) -> Vec3 {
-        if let Some(strand) = Strand::of(at) {
+        if let Some(strand) = OnStrand::of(at) {
             return strand.normal;
         }
         let outside = at.geometric_normal();
@@ -477,7 +477,7 @@ impl MeshInstance {
         normal: Vec3,
         (kind, direction): (TangentKind, Vec2),
     ) -> Vec3 {
-        if let Some(strand) = Strand::of(at) {
+        if let Some(strand) = OnStrand::of(at) {
             return unit_or_zero(strand.tangent);
         }
         match kind {

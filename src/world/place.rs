@@ -5,14 +5,14 @@ mod beside;
 use super::asking::{Around, Asking};
 use super::geometry::{MeshData, MeshInstance, unit_or_zero};
 use super::neighbourhood::across;
-use super::strand::Strand;
+use super::strand::OnStrand;
 use super::view::{View, from_blender, to_blender};
 use crate::effects::General;
 use crate::math::float::{Affine, BoundedPoint};
 use crate::scene::graph::function::{PathDepth, PlaceInput, Space, Transformed};
 use crate::scene::graph::{NormalSpace, TangentKind};
 use crate::scene::{ObjectInfo, TextureSpace};
-use crate::shading::program::{Met, Openness, Place};
+use crate::shading::program::{Met, Openness, Place, Strand};
 use glam::{DAffine3, DMat3, DVec3, Mat3, Vec2, Vec3, Vec4};
 
 /// What is known of an object, for programs that ask about places.
@@ -177,7 +177,7 @@ impl HitPoint<'_> {
     /// In the mesh's space.
     #[inline]
     pub(super) fn in_mesh(&self) -> Vec3 {
-        if let Some(strand) = Strand::of(self) {
+        if let Some(strand) = OnStrand::of(self) {
             return strand.place;
         }
         self.place_between(self.mesh_corners(), |way| way)
@@ -277,7 +277,7 @@ impl HitPoint<'_> {
     fn in_object(&self) -> Vec3 {
         let facts = self.facts();
         let to_object = facts.and_then(|facts| facts.object_from_world.as_ref());
-        if let Some(strand) = Strand::of(self) {
+        if let Some(strand) = OnStrand::of(self) {
             return to_object.map_or(strand.place, |m| m.vector(strand.place) + m.translation);
         }
         match to_object {
@@ -304,7 +304,7 @@ impl HitPoint<'_> {
     #[inline]
     pub(super) fn geometric_normal(&self) -> Vec3 {
         if self.outside == Vec3::ZERO {
-            if let Some(strand) = Strand::of(self) {
+            if let Some(strand) = OnStrand::of(self) {
                 return strand.facing;
             }
             self.entry
@@ -433,6 +433,14 @@ impl Place for HitPoint<'_> {
     }
 
     #[cold]
+    fn strand(&self) -> Strand {
+        match OnStrand::of(self) {
+            Some(on) => self.strand_told(&on),
+            None => self.strand_of_mesh(),
+        }
+    }
+
+    #[cold]
     fn input(&self, input: PlaceInput) -> Vec4 {
         let full = |v: Vec3| v.extend(1.0);
         let number = Vec4::splat;
@@ -486,7 +494,7 @@ impl Place for HitPoint<'_> {
             }
             PlaceInput::Position => full(to_blender(self.in_world() + facts.origin)),
             PlaceInput::Normal => full(to_blender(self.side(self.outer_normal()))),
-            PlaceInput::Tangent => full(match Strand::of(self) {
+            PlaceInput::Tangent => full(match OnStrand::of(self) {
                 Some(strand) => strand.blenders_tangent(),
                 None => self.around(facts, 2),
             }),

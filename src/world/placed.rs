@@ -101,6 +101,8 @@ impl Needs {
     fn of_mesh(self, mesh: &Mesh) -> Self {
         Self {
             filtered: self.filtered || mesh.has_strands(),
+            // Shaders of hair ask how large a pixel is.
+            asks: self.asks || mesh.has_strands(),
             ..self
         }
     }

@@ -9,7 +9,8 @@ use crate::effects::General;
 use crate::ffi::embree::{EmbreeError, StrandKind, StrandMesh};
 use crate::math::float::{BoundedPoint, gamma};
 use crate::scene::graph::function::PlaceInput;
-use crate::scene::{Mesh, StrandShape};
+use crate::scene::{Mesh, RayKind, StrandShape};
+use crate::shading::program::Strand;
 use glam::{DAffine3, Mat3, Vec3, Vec4};
 use std::sync::Arc;
 
@@ -74,7 +75,7 @@ impl StrandData {
 
 /// A place on a strand.
 #[derive(Clone, Copy)]
-pub(super) struct Strand {
+pub(super) struct OnStrand {
     /// In the mesh's space.
     pub place: Vec3,
     /// Along the strand, world space, of any length; 0 of points.
@@ -85,13 +86,15 @@ pub(super) struct Strand {
     pub facing: Vec3,
     /// Sine of the angle across the strand, −1 to 1; 0 of what is round.
     pub across: f32,
+    /// In the mesh's space, metres.
+    radius: f32,
     /// Diameter, world space, metres.
     pub thickness: f32,
     /// In the middle of the strand, in the world, relative to the origin.
     pub middle: Vec3,
 }
 
-impl Strand {
+impl OnStrand {
     /// Where a ray meets one; `None` on triangles.
     pub fn of(at: &HitPoint) -> Option<Self> {
         let strands = at.mesh.strands.as_ref()?;
@@ -144,6 +147,7 @@ impl Strand {
             normal: if normal == Vec3::ZERO { view } else { normal },
             facing: if is_flat { view } else { normal },
             across: if is_flat { v } else { 0.0 },
+            radius,
             thickness,
             middle: {
                 let error = Vec3::ZERO;
@@ -174,9 +178,37 @@ impl Strand {
 }
 
 impl HitPoint<'_> {
+    /// What shaders of hair ask about a place on a strand or a point. The strand's own number comes as an attribute.
+    pub(super) fn strand_told(&self, on: &OnStrand) -> Strand {
+        let seed = self.u.to_bits() ^ self.v.to_bits().rotate_left(16);
+        if on.tangent == Vec3::ZERO {
+            let [tangent, second] = across(on.normal);
+            return Strand {
+                tangent,
+                second,
+                seed,
+                ..Strand::NONE
+            };
+        }
+        let coverage = match self.asking.kind & RayKind::Camera.bit() {
+            0 => 1.0,
+            _ => 0.5 * self.pixel() / on.radius,
+        };
+        Strand {
+            is_strand: true,
+            tangent: unit_or_zero(on.tangent),
+            second: Vec3::ZERO,
+            across: on.across,
+            radius: on.radius,
+            coverage,
+            seed,
+            ..Strand::NONE
+        }
+    }
+
     /// What Hair Info and Point Info tell of a place: nothing of triangles, nor of the other kind.
     pub(super) fn strand_info(&self, input: PlaceInput, origin: Vec3) -> Vec4 {
-        let Some(strand) = Strand::of(self) else {
+        let Some(strand) = OnStrand::of(self) else {
             return Vec4::ZERO;
         };
         let of_point = matches!(input, PlaceInput::PointPosition | PlaceInput::PointRadius);

@@ -4,7 +4,7 @@ use super::asking::{Around, Asking};
 use super::geometry::{MeshData, MeshInstance, unit_or_zero};
 use super::material::PreparedMaterial;
 use super::place::HitPoint;
-use super::strand::Strand;
+use super::strand::OnStrand;
 use crate::effects::Features;
 use crate::ffi::embree::Hit;
 use crate::math::float::{self, BoundedPoint, is_unit};
@@ -108,7 +108,11 @@ pub fn surface<'a, E: Features>(
         at.around = around;
     }
     let along = direction * hit.distance;
-    let strand = if E::EVERYTHING { Strand::of(&at) } else { None };
+    let strand = if E::EVERYTHING {
+        OnStrand::of(&at)
+    } else {
+        None
+    };
     let (point, outside, mut smooth_outside) = match strand {
         // Light is scattered about the normal of what is round, as in Cycles.
         Some(strand) => (strand.met(origin, along), strand.normal, strand.normal),

@@ -111,6 +111,8 @@ EVALUATED = {
     "ShaderNodeBsdfMetallic": ALL,
     "ShaderNodeBsdfSheen": ALL,
     "ShaderNodeBsdfToon": ALL,
+    "ShaderNodeBsdfHair": ALL,
+    "ShaderNodeBsdfHairPrincipled": ALL,
     "ShaderNodeBsdfTransparent": ALL,
     "ShaderNodeBsdfRayPortal": ALL,
     "ShaderNodeEmission": ALL,

@@ -267,6 +267,10 @@ class Walk:
                 use.inputs.pop("Shader_001" if factor <= 0 else "Shader", None)
         elif node.type == "AMBIENT_OCCLUSION" and use.constant("Distance") == 0:
             use.inputs["Distance"] = SceneWide.reach
+        elif node.type == "BSDF_HAIR_PRINCIPLED" and not node.inputs["Random"].is_linked:
+            # As Cycles: the strand's own number, where something varies by it.
+            if any(use.constant(name) != 0 for name in ("Random Roughness", "Random Color")):
+                use.inputs["Random"] = self._made("ShaderNodeHairInfo", "Random", {})
         return iter([(i, v) for i, v in use.inputs.items() if isinstance(v, Link)])
 
     def _feeding(self, socket, groups):

@@ -495,7 +495,13 @@ class Reader:
         return self._diffuse_instead(source, "a Sheen BSDF", "sheen")
 
     def _shader_bsdf_hair(self, source):
-        return self._diffuse_instead(source, "a Hair BSDF")
+        return self._diffuse_instead(source, "a Hair BSDF", "hair-shaders")
+
+    def _shader_bsdf_hair_principled(self, source):
+        self.note(LOST, "a Principled Hair BSDF is rendered as a diffuse surface", "hair-shaders")
+        # What melanin or absorption make of it only the node tree tells.
+        color = self._color(source, "Color") if source.node.parametrization == "COLOR" else Const(numpy.full(3, 0.2))
+        return Surface(base_color=color)
 
     def _shader_holdout(self, source):
         self.note(LOST, "a Holdout shader is rendered black")

@@ -88,7 +88,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             return false;
         };
         self.widen(hit.distance, bsdf, &sample);
-        if !self.follow(hit, surface, &sample) {
+        if !self.follow((hit, surface), bsdf, &sample) {
             return false;
         }
         if E::EVERYTHING && self.world.lights.is_shadow_linked() {

@@ -24,7 +24,10 @@ pub use node::{
     Socket, SocketKind, TangentKind,
 };
 pub use range::{Facts, Range, Unit};
-pub use shaders::{PhaseKind, ShaderRules, SimpleBsdf, Subsurface, VolumeShader, WalkMethod};
+pub use shaders::{
+    HairColoring, HairFibre, HairModel, PhaseKind, ShaderRules, SimpleBsdf, Subsurface,
+    VolumeShader, WalkMethod,
+};
 pub use summary::{Opacity, PrincipledSummary, Slot, SolidIndex, Summary};
 
 use super::material::Texture;

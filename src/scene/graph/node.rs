@@ -126,7 +126,8 @@ macro_rules! sockets {
 mod apart;
 
 pub use apart::{
-    principled_volume, ray_portal, volume_absorption, volume_coefficients, volume_scatter,
+    hair, principled_hair, principled_volume, ray_portal, volume_absorption, volume_coefficients,
+    volume_scatter,
 };
 
 sockets! {

@@ -2,6 +2,7 @@
 
 use super::node::{Distribution, Socket};
 use super::node::{glass, metallic, ray_portal, sheen, subsurface, toon, translucent};
+use super::node::{hair, principled_hair};
 use super::node::{principled_volume, volume_absorption, volume_coefficients, volume_scatter};
 use crate::nodes::CyclesVersion;
 
@@ -68,6 +69,46 @@ pub enum SimpleBsdf {
         /// From a position of its own, and not from where it is.
         moves: bool,
     },
+    /// Fibres, by one highlight: the Hair BSDF.
+    Hair {
+        /// What goes through instead of what is reflected.
+        transmits: bool,
+    },
+    /// Fibres, by the ways of light through them: the Principled Hair BSDF.
+    PrincipledHair(HairFibre),
+}
+
+/// What a Principled Hair BSDF is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct HairFibre {
+    /// How fibres scatter light.
+    pub model: HairModel,
+    /// What their colour follows.
+    pub coloring: HairColoring,
+    /// Without a link to Random, the number of each strand stands for it.
+    pub own_random: bool,
+    /// On meshes light that is sampled does not reach one side of its frame, as in Cycles from 5.0 on.
+    pub is_masked: bool,
+}
+
+/// How fibres of hair scatter light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HairModel {
+    /// Chiang, Bitterli, Tappan and Burley, *A Practical and Controllable Hair and Fur Model for Production Path Tracing*, 2016.
+    Chiang,
+    /// Huang, Hullin and Hanika, *A Microfacet-based Hair Scattering Model*, 2022.
+    Huang,
+}
+
+/// What the colour of a fibre follows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HairColoring {
+    /// What much hair of it reflects.
+    Reflectance,
+    /// Its melanin, with a tint.
+    Melanin,
+    /// What it absorbs on each radius of way.
+    Absorption,
 }
 
 impl SimpleBsdf {
@@ -81,6 +122,8 @@ impl SimpleBsdf {
             Self::Toon { .. } => toon::SOCKETS,
             Self::Subsurface(_) => subsurface::SOCKETS,
             Self::RayPortal { .. } => ray_portal::SOCKETS,
+            Self::Hair { .. } => hair::SOCKETS,
+            Self::PrincipledHair(_) => principled_hair::SOCKETS,
         }
     }
 
@@ -93,7 +136,11 @@ impl SimpleBsdf {
     pub fn transmits(self) -> bool {
         matches!(
             self,
-            Self::Translucent | Self::Refraction { .. } | Self::Glass { .. }
+            Self::Translucent
+                | Self::Refraction { .. }
+                | Self::Glass { .. }
+                | Self::Hair { .. }
+                | Self::PrincipledHair(_)
         )
     }
 }

@@ -243,6 +243,7 @@ impl super::Node {
             SimpleBsdf::Toon { glossy: false } => Effect::DiffuseRoughness,
             SimpleBsdf::Subsurface(_) => Effect::Subsurface,
             SimpleBsdf::RayPortal { .. } => Effect::RayPortals,
+            SimpleBsdf::Hair { .. } | SimpleBsdf::PrincipledHair(_) => Effect::HairShaders,
         }
     }
 }

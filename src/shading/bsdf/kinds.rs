@@ -26,14 +26,15 @@ impl<K: BsdfFeatures> Bsdf<K> {
             }
             let of = entry.lobe.evaluate::<K>(self.smooth(), wi, transmitted);
             add(of, entry.is_diffuse);
-            if transmitted && backs {
+            if (transmitted || entry.is_of_fibres) && backs {
                 add(
                     entry.lobe.evaluate_backs::<K>(self.smooth(), wi),
                     entry.is_diffuse,
                 );
             }
         }
-        let diffuse = sums.diffuse.value;
-        (diffuse + sums.others.value, diffuse)
+        // What fibres have too much of is taken away: rounding may leave less than nothing.
+        let (diffuse, others) = (sums.diffuse.value, sums.others.value.max(Vec3::ZERO));
+        (diffuse + others, diffuse)
     }
 }

@@ -43,9 +43,10 @@ impl<K: BsdfFeatures> Bsdf<K> {
         }
         // One of the kinds that could have brought it here, as probable as each is.
         let p_diffuse = v.diffuse_pdf / v.pdf;
+        let beyond = self.is_beyond(wi);
         let (scattering, part, p) = if choice < p_diffuse {
             (Scattering::Diffuse, v.diffuse, p_diffuse)
-        } else if self.is_beyond(wi) {
+        } else if beyond {
             (Scattering::Transmission, v.value, 1.0)
         } else {
             (Scattering::Glossy, v.value - v.diffuse, 1.0 - p_diffuse)
@@ -56,6 +57,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
             diffuse: v.diffuse / v.pdf,
             pdf: v.pdf,
             delta: false,
+            beyond,
             scattering,
             alone: (part / (v.pdf * p), v.pdf * p),
             is_translucent: false,

@@ -5,8 +5,11 @@
 
 pub mod ashikhmin;
 pub mod below;
+pub mod chiang;
 pub mod diffuse;
 pub mod glass;
+pub mod hair;
+pub mod huang;
 pub mod microfacet;
 pub mod portal;
 pub mod rough_diffuse;
@@ -22,8 +25,11 @@ mod tests;
 
 pub use ashikhmin::{Phong, Velvet};
 pub use below::{Below, BelowInputs};
+pub use chiang::{Chiang, Fibre};
 pub use diffuse::Diffuse;
 pub use glass::Glass;
+pub use hair::Hair;
+pub use huang::{FacetFibre, FibrePlace, Huang};
 pub use microfacet::{Facets, Reflection};
 pub use portal::Portal;
 pub use rough_diffuse::RoughDiffuse;
@@ -179,6 +185,12 @@ pub enum Lobe {
     Below(Below),
     /// What meets it goes on elsewhere.
     Portal(Portal),
+    /// A highlight of fibres.
+    Hair(Hair),
+    /// Fibres by the ways of light through them.
+    Chiang(Chiang),
+    /// Fibres whose boundary is of facets.
+    Huang(Huang),
 }
 
 /// Keeps what seldom happens out of the loops of what mostly does.
@@ -216,6 +228,9 @@ impl Lobe {
             }
             Self::Glass(l) if K::TRANSMISSION => l.evaluate(smooth, wi, transmitted),
             Self::Sheet(l) if K::TRANSMISSION => l.evaluate(smooth, wi, transmitted),
+            Self::Hair(l) if K::TRANSMISSION => seldom(|| l.evaluate(wi)),
+            Self::Chiang(l) if K::TRANSMISSION => seldom(|| l.evaluate(wi)),
+            Self::Huang(l) if K::TRANSMISSION => seldom(|| l.evaluate(wi)),
             _ => LobeValue::ZERO,
         }
     }
@@ -232,6 +247,7 @@ impl Lobe {
             Self::Sheet(_) if transmitted => through,
             Self::Sheet(_) => glossy,
             _ if self.is_diffuse() => diffuse,
+            _ if self.is_of_fibres() && !self.is_through(transmitted) => glossy,
             _ if self.transmits() => through,
             _ => glossy,
         }
@@ -271,6 +287,9 @@ impl Lobe {
             Self::FilmGlass(l) if K::TRANSMISSION => l.evaluate_backs(smooth, wi),
             Self::BeckmannFilmGlass(l) if K::TRANSMISSION => l.evaluate_backs(smooth, wi),
             Self::Glass(l) if K::TRANSMISSION => l.evaluate_backs(smooth, wi),
+            Self::Hair(l) if K::TRANSMISSION => l.evaluate_backs(wi),
+            Self::Chiang(l) if K::TRANSMISSION => l.evaluate_backs(smooth, wi),
+            Self::Huang(l) if K::TRANSMISSION => l.evaluate_backs(smooth, wi),
             _ => LobeValue::ZERO,
         }
     }
@@ -300,6 +319,9 @@ impl Lobe {
             Self::BeckmannFilmGlass(l) if K::TRANSMISSION => seldom(|| l.sample(smooth, u, choice)),
             Self::Glass(l) if K::TRANSMISSION => l.sample(smooth, u, choice),
             Self::Sheet(l) if K::TRANSMISSION => l.sample(smooth, u, choice),
+            Self::Hair(l) if K::TRANSMISSION => seldom(|| l.sample(u)),
+            Self::Chiang(l) if K::TRANSMISSION => seldom(|| l.sample(u, choice)),
+            Self::Huang(l) if K::TRANSMISSION => seldom(|| l.sample(u, choice)),
             _ => None,
         }
     }
@@ -318,6 +340,23 @@ impl Lobe {
                 | Self::Velvet(_)
                 | Self::Below(_)
         )
+    }
+
+    /// Whether it is of fibres: those know no side of a surface, and a sample of theirs says `transmitted` of its way through them.
+    #[inline]
+    pub fn is_of_fibres(&self) -> bool {
+        matches!(self, Self::Hair(_) | Self::Chiang(_) | Self::Huang(_))
+    }
+
+    /// Whether passes have its light among what goes through; `beyond`: it is from beyond the surface. Those of Cycles have all of a
+    /// Principled Hair BSDF among reflections.
+    #[inline]
+    pub fn is_through(&self, beyond: bool) -> bool {
+        match self {
+            Self::Hair(l) => l.is_through(),
+            Self::Chiang(_) | Self::Huang(_) => false,
+            _ => beyond,
+        }
     }
 
     /// What a sample of the lobe did to its path.
@@ -339,7 +378,10 @@ impl Lobe {
             | Self::Sheen(_)
             | Self::Velvet(_)
             | Self::Toon(_)
-            | Self::Translucent(_) => false,
+            | Self::Translucent(_)
+            | Self::Hair(_)
+            | Self::Chiang(_)
+            | Self::Huang(_) => false,
             Self::Reflection(l) => l.facets.is_smooth(),
             Self::BeckmannReflection(l) => l.facets.is_smooth(),
             Self::BeckmannGlass(l) => l.facets.is_smooth(),
@@ -377,6 +419,9 @@ impl Lobe {
                 | Self::BeckmannFilmGlass(_)
                 | Self::Sheet(_)
                 | Self::Translucent(_)
+                | Self::Hair(_)
+                | Self::Chiang(_)
+                | Self::Huang(_)
         )
     }
 
@@ -402,6 +447,9 @@ impl Lobe {
             Self::Sheet(l) => l.facets.normal(),
             Self::Below(l) => l.normal,
             Self::Portal(l) => l.normal,
+            Self::Hair(l) => l.normal(),
+            Self::Chiang(l) => l.normal(),
+            Self::Huang(l) => l.normal(),
         }
     }
 
@@ -426,7 +474,10 @@ impl Lobe {
             | Self::Sheen(_)
             | Self::Velvet(_)
             | Self::Toon(_)
-            | Self::Translucent(_) => return 1.0,
+            | Self::Translucent(_)
+            | Self::Hair(_)
+            | Self::Chiang(_)
+            | Self::Huang(_) => return 1.0,
         };
         (alpha.xy.x * alpha.xy.y).sqrt()
     }
@@ -444,7 +495,11 @@ impl Lobe {
             | Self::Sheen(_)
             | Self::Velvet(_)
             | Self::Toon(_)
-            | Self::Below(_) => [albedo, Vec3::ZERO],
+            | Self::Below(_)
+            | Self::Chiang(_)
+            | Self::Huang(_) => [albedo, Vec3::ZERO],
+            Self::Hair(l) if !l.is_through() => [albedo, Vec3::ZERO],
+            Self::Hair(_) => [Vec3::ZERO, albedo],
             Self::Translucent(_) | Self::Portal(_) => [Vec3::ZERO, albedo],
             Self::Glass(l) => l.colors(albedo),
             Self::BeckmannGlass(l) => l.facets.colors(albedo, l.tint, |cos| l.facet(cos)),
@@ -489,6 +544,9 @@ impl Lobe {
             Self::Translucent(l) => l.color *= by,
             Self::Below(l) => l.weight *= by,
             Self::Portal(l) => l.weight *= by,
+            Self::Hair(l) => l.weight *= by,
+            Self::Chiang(l) => l.weight *= by,
+            Self::Huang(l) => l.weight *= by,
         }
         self
     }
@@ -517,6 +575,9 @@ impl Lobe {
                 3.0 * Beckmann::EXCESS * l.weight.max(l.reflected).max_element()
             }
             Self::Sheet(l) => 3.0 * l.weight.max(l.reflected).max_element(),
+            Self::Hair(l) => l.weight.max_element(),
+            Self::Chiang(l) => l.max_sample_weight(),
+            Self::Huang(l) => l.max_sample_weight(),
             // None is drawn.
             Self::Below(_) | Self::Portal(_) => 0.0,
         }

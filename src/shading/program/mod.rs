@@ -49,6 +49,46 @@ pub struct Met {
     pub normal: Vec3,
 }
 
+/// What shaders of hair ask about a place: of a strand, or of a mesh that they are on. Directions are in the world, in glTF's axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Strand {
+    /// It is one.
+    pub is_strand: bool,
+    /// Along the strand, toward its tip, unit length. On meshes from the triangle's first corner to its second, as Cycles' derivative by
+    /// u, and the other way round seen from within.
+    pub tangent: Vec3,
+    /// On meshes from the first corner to the third, likewise: what the Hair BSDF follows there. 0 on strands.
+    pub second: Vec3,
+    /// Sine of the angle across flat strands, −1 to 1: Cycles' v of ribbons. 0 on round ones and on meshes.
+    pub across: f32,
+    /// Radius, metres; 0 on meshes.
+    pub radius: f32,
+    /// The strand's own number, 0 to 1: Cycles' random value of curves. 0 on meshes.
+    pub random: f32,
+    /// The curve's normal, which the greater axis of elliptic sections follows; 0 where there is none, and on meshes.
+    pub normal: Vec3,
+    /// For rays of the camera half the size of a pixel over the radius: below 1 a pixel has but a part of the width. 1 for all other
+    /// rays, and on meshes.
+    pub coverage: f32,
+    /// Any number that differs from place to place, for estimates by random numbers: of the bits of where it was hit.
+    pub seed: u32,
+}
+
+impl Strand {
+    /// Of no surface.
+    pub const NONE: Self = Self {
+        is_strand: false,
+        tangent: Vec3::X,
+        second: Vec3::Y,
+        across: 0.0,
+        radius: 0.0,
+        random: 0.0,
+        normal: Vec3::ZERO,
+        coverage: 1.0,
+        seed: 0,
+    };
+}
+
 /// What programs ask about the point that they are evaluated at.
 pub trait Place {
     /// Texture coordinates of a set; (0, 0) where the mesh has none.
@@ -96,6 +136,10 @@ pub trait Place {
     /// A direction along the surface; one of texture coordinates is turned by x and y in tangent space. 0 where there is none.
     fn tangent(&self, _kind: TangentKind, _direction: Vec2) -> Vec3 {
         Vec3::ZERO
+    }
+    /// What shaders of hair ask.
+    fn strand(&self) -> Strand {
+        Strand::NONE
     }
 }
 
@@ -433,6 +477,11 @@ pub struct Evaluation<'a, P> {
 }
 
 impl<P: Place> Evaluation<'_, P> {
+    /// Where.
+    pub fn place(&self) -> &P {
+        self.place
+    }
+
     /// A colour or a direction.
     #[inline]
     pub fn color(&mut self, root: &Root) -> Vec3 {

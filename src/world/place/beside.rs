@@ -1,7 +1,9 @@
 //! Points beside a hit, which the heights of Bumps are asked at, and where points were before their surface was displaced.
 
+use super::super::geometry::unit_or_zero;
 use super::super::view::to_blender;
 use super::{HitPoint, between};
+use crate::shading::program::Strand;
 use glam::Vec3;
 
 /// Where a point was before its surface was displaced.
@@ -31,6 +33,24 @@ impl HitPoint<'_> {
             Some(facts) if self.entry.is_instance() => facts.world_axes * local,
             _ => local,
         })
+    }
+
+    /// What shaders of hair are told of meshes, as Cycles has it.
+    pub(super) fn strand_of_mesh(&self) -> Strand {
+        let [p, q, r] = self.mesh_corners();
+        let along = |local: Vec3| {
+            let world = match self.entry.is_instance() {
+                true => self.entry.transform().vector(local),
+                false => local,
+            };
+            self.side(unit_or_zero(world))
+        };
+        Strand {
+            tangent: along(q - p),
+            second: along(r - p),
+            seed: self.u.to_bits() ^ self.v.to_bits().rotate_left(16),
+            ..Strand::NONE
+        }
     }
 
     /// The place between corners; `turned` brings a vector of the mesh's space to theirs.

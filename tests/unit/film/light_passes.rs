@@ -5,7 +5,9 @@ fn what_is_put_in_comes_out_and_grey_channels_are_filled() {
     let mut path = PathPasses::default();
     let colors = [Vec3::new(0.5, 0.25, 0.0), Vec3::splat(0.04), Vec3::ZERO];
     path.first_surface(|| colors, || Vec2::new(0.25, 0.75));
-    path.first_scattering(Vec3::new(0.6, 0.4, 0.1), Vec3::new(0.3, 0.3, 0.0), false);
+    path.first_scattering(Vec3::new(0.6, 0.4, 0.1), Vec3::new(0.3, 0.3, 0.0), || {
+        Vec3::ZERO
+    });
     path.scattered(Vec3::new(6.0, 4.0, 1.0), false);
     path.scattered(Vec3::new(0.6, 0.4, 0.1), true);
     path.emission(Vec3::X);

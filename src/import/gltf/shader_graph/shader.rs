@@ -10,9 +10,9 @@ use crate::scene::graph::node::{
     self, image_texture, math, mix_shader, normal_map, principled, transparent,
 };
 use crate::scene::graph::{
-    Distribution, Function, ImageProjection, Input, Link, MathOperation, Node, NodeKind,
-    NormalSpace, PhaseKind, ShaderRules, SimpleBsdf, SocketKind, Subsurface, VolumeShader,
-    WalkMethod,
+    Distribution, Function, HairColoring, HairFibre, HairModel, ImageProjection, Input, Link,
+    MathOperation, Node, NodeKind, NormalSpace, PhaseKind, ShaderRules, SimpleBsdf, SocketKind,
+    Subsurface, VolumeShader, WalkMethod,
 };
 use crate::scene::{
     ImageAlpha, ImageId, ImageUse, Sampler, Texture, TextureFilter, UvTransform, Wrap,
@@ -120,6 +120,18 @@ impl Reader<'_, '_, '_> {
                 };
                 self.add(at, NodeKind::Bsdf(SimpleBsdf::Toon { glossy }), &[])
             }
+            "BsdfHair" => {
+                let transmits = match text("component") {
+                    Some("Reflection") => false,
+                    Some("Transmission") => true,
+                    other => return Err(Refusal::of(node, other.unwrap_or("unknown")).into()),
+                };
+                self.add(at, NodeKind::Bsdf(SimpleBsdf::Hair { transmits }), &[])
+            }
+            "BsdfHairPrincipled" => {
+                let fibre = self.fibre(node)?;
+                self.add(at, NodeKind::Bsdf(SimpleBsdf::PrincipledHair(fibre)), &[])
+            }
             // Alone it is what instances are made of ([`Reader::is_holdout`]); among others it gives no light.
             "Holdout" => return Ok(Some(Input::None)),
             "BsdfTransparent" => self.add(at, NodeKind::TransparentBsdf, &[]),
@@ -166,6 +178,26 @@ impl Reader<'_, '_, '_> {
             method,
             never_backward: is_before(5, 2),
             diffuse_behind_diffuse: is_before(5, 0) || method == WalkMethod::Burley,
+        })
+    }
+
+    /// What a Principled Hair BSDF is.
+    fn fibre(&self, node: &NodeJson) -> Result<HairFibre, Refusal> {
+        let refused = |text: Option<&str>| Refusal::of(node, text.unwrap_or("unknown"));
+        Ok(HairFibre {
+            model: match node.text("model") {
+                Some("CHIANG") => HairModel::Chiang,
+                Some("HUANG") => HairModel::Huang,
+                other => return Err(refused(other)),
+            },
+            coloring: match node.text("parametrization") {
+                Some("ABSORPTION") => HairColoring::Absorption,
+                Some("MELANIN") => HairColoring::Melanin,
+                Some("COLOR") => HairColoring::Reflectance,
+                other => return Err(refused(other)),
+            },
+            own_random: !matches!(node.inputs.get("Random"), Some(SocketJson::Link(_))),
+            is_masked: self.version >= CyclesVersion::new(5, 0),
         })
     }
 

@@ -1,4 +1,4 @@
-//! Sockets of shaders that are no reflection of a surface: what fills it, and what sends rays elsewhere.
+//! Sockets of shaders that are no reflection of a surface: what fills it, what sends rays elsewhere, and fibres of hair.
 
 use super::{Legal, Socket, SocketKind};
 
@@ -8,6 +8,38 @@ sockets! {
         COLOR: Color "Color" = [1.0; 3], Legal::ALBEDO;
         POSITION: Vector "Position" = [0.0; 3], Legal::ANY;
         DIRECTION: Vector "Direction" = [0.0; 3], Legal::ANY;
+    }
+}
+sockets! {
+    /// Inputs of the Hair BSDF; roughness along the strand and around it.
+    hair {
+        COLOR: Color "Color" = [0.8; 3], Legal::ALBEDO;
+        OFFSET: Float "Offset" = [0.0; 3], Legal::ANY;
+        ROUGHNESS_U: Float "RoughnessU" = [0.1; 3], Legal::share(0.1);
+        ROUGHNESS_V: Float "RoughnessV" = [1.0; 3], Legal::share(1.0);
+        TANGENT: Normal "Tangent" = [0.0; 3], Legal::ANY;
+    }
+}
+sockets! {
+    /// Inputs of the Principled Hair BSDF, by Blender's identifiers. Without a link to Random the strand's own number stands for it.
+    principled_hair {
+        COLOR: Color "Color" = [0.017513, 0.005763, 0.002059], Legal::positive(0.0);
+        MELANIN: Float "Melanin" = [0.8; 3], Legal::ANY;
+        MELANIN_REDNESS: Float "Melanin Redness" = [1.0; 3], Legal::ANY;
+        TINT: Color "Tint" = [1.0; 3], Legal::positive(1.0);
+        ABSORPTION: Vector "Absorption Coefficient" = [0.245531, 0.52, 1.365], Legal::positive(0.0);
+        ASPECT_RATIO: Float "Aspect Ratio" = [0.85; 3], Legal::positive(1.0);
+        ROUGHNESS: Float "Roughness" = [0.3; 3], Legal::positive(0.3);
+        RADIAL_ROUGHNESS: Float "Radial Roughness" = [0.3; 3], Legal::positive(0.3);
+        COAT: Float "Coat" = [0.0; 3], Legal::share(0.0);
+        IOR: Float "IOR" = [1.55; 3], Legal::within(1e-4, 1e4, 1.55);
+        OFFSET: Float "Offset" = [0.0349066; 3], Legal::ANY;
+        RANDOM_COLOR: Float "Random Color" = [0.0; 3], Legal::share(0.0);
+        RANDOM_ROUGHNESS: Float "Random Roughness" = [0.0; 3], Legal::ANY;
+        RANDOM: Float "Random" = [0.0; 3], Legal::ANY;
+        REFLECTION: Float "R lobe" = [1.0; 3], Legal::positive(1.0);
+        TRANSMISSION: Float "TT lobe" = [1.0; 3], Legal::positive(1.0);
+        SECONDARY_REFLECTION: Float "TRT lobe" = [1.0; 3], Legal::positive(1.0);
     }
 }
 sockets! {

@@ -204,8 +204,62 @@ fn cases() -> Vec<Case> {
             })
         }));
     }
+    cases.extend(fibre_cases());
     cases
 }
+
+/// Fibres along a tangent of the surface, seen from `wo`.
+fn fibre_cases() -> Vec<Case> {
+    let mut cases = Vec::new();
+    for transmits in [false, true] {
+        for roughness in [Vec2::new(0.3, 0.6), Vec2::new(0.5, 1.0)] {
+            cases.push(case(&format!("hair {transmits} {roughness}"), move |wo| {
+                let frame = (Vec3::Z, TANGENT);
+                Lobe::Hair(Hair::new(Vec3::ONE, frame, wo, (0.1, roughness), transmits).unwrap())
+            }));
+        }
+    }
+    let white = Fibre {
+        absorption: Vec3::ZERO,
+        roughness: Vec2::new(0.4, 0.5),
+        first: 1.0,
+        tilt: -0.035,
+        ior: 1.55,
+    };
+    for (name, fibre) in [
+        ("white", white),
+        (
+            "brown",
+            Fibre {
+                absorption: Vec3::new(0.25, 0.52, 1.37),
+                ..white
+            },
+        ),
+        (
+            "coated",
+            Fibre {
+                first: 0.5,
+                ..white
+            },
+        ),
+        (
+            "rough",
+            Fibre {
+                roughness: Vec2::ONE,
+                ..white
+            },
+        ),
+    ] {
+        cases.push(case(&format!("fibre {name}"), move |wo| {
+            let place = (TANGENT, Vec3::Z, 0.0);
+            Lobe::Chiang(Chiang::new(Vec3::ONE, &fibre, place, wo, (0.0, false)))
+        }));
+    }
+    cases
+}
+
+/// Of the cases' fibres.
+const TANGENT: Vec3 = Vec3::new(0.6, 0.8, 0.0);
 
 fn view(cos: f32, phi: f32) -> Vec3 {
     let sin = (1.0 - cos * cos).sqrt();
@@ -217,9 +271,16 @@ fn evaluate(lobe: &Lobe, wi: Vec3) -> LobeValue {
     lobe.evaluate::<AllFeatures>(Vec3::Z, wi, wi.z < 0.0)
 }
 
-/// Whether a facet of a Phong distribution is seen from behind, from which Cycles has light that no evaluation finds.
+/// Whether a facet of a Phong distribution is seen from behind, or a highlight of fibres from the other side, from which Cycles has
+/// light that no evaluation finds.
 fn is_from_behind(lobe: &Lobe, u: Vec2) -> bool {
-    matches!(lobe, Lobe::Phong(phong) if phong.facets.wo().dot(phong.draw(u)) < 0.0)
+    match lobe {
+        Lobe::Phong(phong) => phong.facets.wo().dot(phong.draw(u)) < 0.0,
+        Lobe::Hair(hair) => hair
+            .sample(u)
+            .is_some_and(|x| hair.evaluate(x.wi).pdf == 0.0),
+        _ => false,
+    }
 }
 
 /// Facets that the view sees from behind send light on, with a weight of at most 1, and only where the view is low enough.
@@ -364,8 +425,9 @@ fn samples_follow_the_density_and_their_weights_the_value() {
 fn light_goes_both_ways_alike() {
     let directions = [view(0.8, 0.3), view(0.3, 1.7), view(0.55, 4.0)];
     for Case { name, make } in cases() {
-        if name.starts_with("sheen") || name.starts_with("toon") {
-            // A fit for each view by itself; light that counts without its cosine.
+        let apart = ["sheen", "toon", "hair", "fibre"];
+        if apart.iter().any(|apart| name.starts_with(apart)) {
+            // A fit for each view by itself; light that counts without its cosine, or by cosines across fibres.
             continue;
         }
         for a in directions {
