@@ -72,6 +72,8 @@ pub struct Bsdf<K = AllFeatures> {
     others: ArrayVec<Entry, MOST_LOBES>,
     /// Some lobe lets light through.
     transmits: bool,
+    /// Some lobe is lit from the other side.
+    is_lit_behind: bool,
     /// Some lobe is of fibres.
     has_fibres: bool,
     /// Some lobe in the list is found by light sampling.
@@ -205,6 +207,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
             },
             others: ArrayVec::new_const(),
             transmits: false,
+            is_lit_behind: false,
             has_fibres: false,
             is_samplable: false,
             agrees: true,
@@ -236,6 +239,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
     #[inline(always)]
     pub(super) fn add(&mut self, lobe: Lobe, albedo: Vec3) {
         self.transmits |= lobe.transmits();
+        self.is_lit_behind |= lobe.is_lit_behind();
         let is_of_fibres = lobe.is_of_fibres();
         self.has_fibres |= is_of_fibres;
         self.agrees &= lobe.normal() == self.normals.shading;
@@ -387,6 +391,12 @@ impl<K: BsdfFeatures> Bsdf<K> {
         K::TRANSMISSION && self.transmits
     }
 
+    /// Whether some lobe is lit from the other side.
+    #[inline(always)]
+    fn is_lit_behind(&self) -> bool {
+        K::TRANSMISSION && self.is_lit_behind
+    }
+
     /// Normal of the Lambertian lobe.
     #[inline(always)]
     fn normal(&self) -> Vec3 {
@@ -490,13 +500,16 @@ impl<K: BsdfFeatures> Bsdf<K> {
     /// light from both sides does.
     #[inline]
     pub fn receiving(&self) -> (Option<Vec3>, (Vec3, bool)) {
-        (self.receiving_normal(), (self.smooth(), self.transmits()))
+        (
+            self.receiving_normal(),
+            (self.smooth(), self.is_lit_behind()),
+        )
     }
 
     fn receiving_normal(&self) -> Option<Vec3> {
         let normal = self.normal();
         let bent = K::BUMPS && (normal != self.smooth() || normal != self.normals.shading);
-        let agree = !self.transmits() && !bent && (!K::FACETS || self.agrees);
+        let agree = !self.is_lit_behind() && !bent && (!K::FACETS || self.agrees);
         agree.then_some(normal)
     }
 

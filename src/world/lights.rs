@@ -244,8 +244,8 @@ pub(super) fn prepare(
     builder.build(choice, device)
 }
 
-/// Whether rays that are scattered find other light than light samples do: objects are in the way of some kinds of rays only, or
-/// what lets light pass or shines asks which ray it is.
+/// Whether rays that are scattered find other light than light samples do: objects are in the way of some kinds of rays only,
+/// what lets light pass or shines asks which ray it is, or some fibres are drawn otherwise than they are evaluated.
 fn rays_find_other_things(scene: &Scene, materials: &[Arc<PreparedMaterial>]) -> bool {
     let is_of_ray = |node: &Node| matches!(&node.kind, NodeKind::Function(Function::Place(input)) if input.tells_rays_apart());
     let of_lamps = scene
@@ -256,7 +256,9 @@ fn rays_find_other_things(scene: &Scene, materials: &[Arc<PreparedMaterial>]) ->
     let mut shining = of_lamps.chain(world.map(|world| &world.graph));
     effects::tells_rays_apart(scene)
         || (scene.instances.iter()).any(|i| !i.visibility.is_alike_on_paths())
-        || materials.iter().any(|material| material.asks_which_ray())
+        || materials
+            .iter()
+            .any(|material| material.asks_which_ray() || material.draws_other_fibres())
         || shining.any(|graph| graph.nodes.iter().any(is_of_ray))
 }
 

@@ -572,6 +572,12 @@ impl PreparedMaterial {
         })
     }
 
+    /// Whether it has fibres whose directions are drawn otherwise than they are evaluated.
+    pub fn draws_other_fibres(&self) -> bool {
+        let mut shaders = self.programs.shaders.iter();
+        shaders.any(|weighted| weighted.shader.draws_other_fibres())
+    }
+
     /// Whether [`Self::emitted`] looks at the place.
     pub fn emission_varies(&self) -> bool {
         self.programs.emission.constant().is_none()

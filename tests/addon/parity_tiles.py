@@ -37,9 +37,6 @@ NOT_SHOWN = {
     **dict.fromkeys(("LightAccumulation", "LightEvaluation", "LightInfo", "ShadowRaycast"), "of EEVEE alone"),
     **dict.fromkeys(("LightIterInternalInput", "LightIterInternalOutput"), "of EEVEE's zones"),
     "Squeeze": "of Blender before 2.8",
-    # Cycles' light of them on a surface has no bound: it spoils the other rows of its picture.
-    "BsdfHair": "of strands, not evaluated",
-    "BsdfHairPrincipled": "of strands, not evaluated",
 }
 
 # What some nodes need before they show anything.

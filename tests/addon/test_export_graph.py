@@ -545,14 +545,9 @@ class When(GraphTest):
             node.attribute_name = "undisplaced"
             return node.outputs[0]
 
-        def strand(tree, glow):
-            node = tree.nodes.new("ShaderNodeBsdfHair")
-            tree.links.new(self.varying(tree), node.inputs["Color"])
-            return node.outputs[0]
-
         for fill, words in (
             (tiled, "Image Texture (tiles that are not saved)"),
-            (undisplaced, "Attribute (undisplaced)"), (strand, "Hair BSDF"),
+            (undisplaced, "Attribute (undisplaced)"),
         ):  # fmt: skip
             with self.subTest(words=words):
                 self.setUp()
@@ -568,6 +563,24 @@ class When(GraphTest):
                 self.assertEqual(after["verdict"], before["verdict"])
                 self.assertNotEqual(after["verdict"], "exact")
                 self.assertEqual(after["detail"], f"{before['detail']}; its nodes are not evaluated as they are because of: {words}")
+
+    def test_shaders_of_hair_are_written(self):
+        for kind, settings in (
+            ("ShaderNodeBsdfHair", {"component": "Transmission"}),
+            ("ShaderNodeBsdfHairPrincipled", {"model": "CHIANG", "parametrization": "MELANIN"}),
+            ("ShaderNodeBsdfHairPrincipled", {"model": "HUANG", "parametrization": "ABSORPTION"}),
+        ):
+            with self.subTest(kind=kind, **settings):
+                self.setUp()
+                tree, _ = self.tree()
+                shader = tree.nodes.new(kind)
+                for name, value in settings.items():
+                    setattr(shader, name, value)
+                tree.links.new(shader.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+                found = self.export()
+                node = self.graph_of(found)["nodes"][-1]
+                self.assertEqual((node["type"], node["properties"]), (kind, settings))
+                self.assertEqual(found.verdict("material", "m")["verdict"], "exact")
 
     def test_emission_below_a_coat_is_exact(self):
         for color in (None, (0, 0, 0, 1), (1, 0.5, 0, 1)):
@@ -591,11 +604,14 @@ class When(GraphTest):
         tree.links.new(self.varying(tree), glow.inputs["Color"])
         mixed = tree.nodes.new("ShaderNodeMixShader")
         tree.links.new(glow.outputs[0], mixed.inputs[1])
-        tree.links.new(tree.nodes.new("ShaderNodeBsdfHair").outputs[0], mixed.inputs[2])
+        hidden, shine = tree.nodes.new("ShaderNodeAttribute"), tree.nodes.new("ShaderNodeEmission")
+        hidden.attribute_name = "undisplaced"
+        tree.links.new(hidden.outputs[0], shine.inputs["Color"])
+        tree.links.new(shine.outputs[0], mixed.inputs[2])
         tree.links.new(mixed.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
         mixed.inputs[0].default_value = 0
         found = self.export()
-        self.assertNotIn("ShaderNodeBsdfHair", [n["type"] for n in self.graph_of(found)["nodes"]])
+        self.assertNotIn("ShaderNodeAttribute", [n["type"] for n in self.graph_of(found)["nodes"]])
         mixed.inputs[0].default_value = 0.5
         self.assertIsNone(self.graph_of(self.export()))
 

@@ -178,6 +178,28 @@ class Parity(Beside):
                 s.alone(f"toon {component} {size}", "BsdfToon", {"component": component}, Color=RED, Size=size, Smooth=smooth)
         self.compare(s)
 
+    def test_fibres(self):
+        """Shaders of hair, on meshes: they follow the sides of triangles."""
+        s = Shaders()
+        for component in ("Reflection", "Transmission"):
+            for u, v in ((0.3, 0.6), (0.6, 1.0)):
+                s.alone(f"hair {component} {u}", "BsdfHair", {"component": component}, Color=GOLD, RoughnessU=u, RoughnessV=v)
+        for model in ("CHIANG", "HUANG"):
+            of = {"model": model, "parametrization": "COLOR"}
+            radial = {"Radial_Roughness": 0.6} if model == "CHIANG" else {}
+            for roughness in (0.2, 0.5, 0.9):
+                s.alone(f"{model} {roughness}", "BsdfHairPrincipled", of, Color=GOLD, Roughness=roughness, **radial)
+            s.alone(f"{model} tilted", "BsdfHairPrincipled", of, Color=BLUE, Roughness=0.4, Offset=0.3, IOR=1.3)
+            melanin = {"model": model, "parametrization": "MELANIN"}
+            s.alone(f"{model} melanin", "BsdfHairPrincipled", melanin, Melanin=0.3, Melanin_Redness=0.4, Tint=GOLD, Random_Color=0.5)
+            absorption = {"model": model, "parametrization": "ABSORPTION"}
+            s.alone(f"{model} absorption", "BsdfHairPrincipled", absorption, Absorption_Coefficient=(0.1, 0.3, 0.9))
+            s.alone(f"{model} by noise", "BsdfHairPrincipled", of, Color="TexNoise", Roughness="TexNoise", Random_Roughness=0.5)
+        s.alone("elliptic", "BsdfHairPrincipled", {"model": "HUANG"}, Aspect_Ratio=0.6, Roughness=0.4)
+        matte = ("BsdfDiffuse", {}, {"Color": RED})
+        s.mixed("matte and a fibre", 0.5, matte, ("BsdfHairPrincipled", {"model": "CHIANG"}, {"Color": BLUE}))
+        self.compare(s)
+
     def test_rough_glass(self):
         """Without suns: their light passes from behind through facets that face away in Cycles (docs/sundog-and-cycles.md)."""
         s = Shaders()

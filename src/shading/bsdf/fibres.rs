@@ -59,3 +59,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
         through / all.max(Vec3::splat(f32::MIN_POSITIVE))
     }
 }
+
+#[cfg(test)]
+#[path = "../../../tests/unit/shading/bsdf/fibres.rs"]
+mod tests;

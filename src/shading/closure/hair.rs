@@ -1,7 +1,9 @@
 //! One highlight of fibres, about a cone around them: Blender's Hair BSDF, in the manner of Marschner et al., *Light Scattering from
 //! Human Hair Fibers*, 2003. Along the fibre half angles have a Cauchy distribution, and the albedo is the colour.
 //!
-//! As in Cycles directions are drawn without a look at the side that they are on, and some go where no evaluation finds light.
+//! As in Cycles directions are drawn without a look at the side that they are on, and some go where no evaluation finds light. Those
+//! of a reflection tell a density that is not theirs, where the roughness around is not 1: by half of the turn, not of the turn over the
+//! roughness. What lights and directions share hangs on that.
 
 use super::{LobeSample, LobeValue};
 use glam::{Vec2, Vec3};
@@ -159,7 +161,13 @@ impl Hair {
         let beside = self.tangent.cross(self.toward) * beside;
         let wi = (self.toward * toward + beside) * across + self.tangent * along;
         let wi = wi.try_normalize()?;
-        let of = self.value(&self.around(wi));
+        let around = self.around(wi);
+        let mut of = self.value(&around);
+        if !self.transmits && of.pdf > 0.0 {
+            let told = (0.5 * turn).cos().abs() / (0.5 * turn / v).cos().abs().max(1e-6);
+            of.pdf *= told;
+            of.value *= told;
+        }
         LobeSample::reflected(wi, of).map(|sample| LobeSample {
             transmitted: self.transmits,
             ..sample

@@ -342,6 +342,15 @@ impl Lobe {
         )
     }
 
+    /// Whether light sampling brings it light from the other side.
+    #[inline]
+    pub fn is_lit_behind(&self) -> bool {
+        match self {
+            Self::Hair(l) => l.is_through(),
+            _ => self.transmits(),
+        }
+    }
+
     /// Whether it is of fibres: those know no side of a surface, and a sample of theirs says `transmitted` of its way through them.
     #[inline]
     pub fn is_of_fibres(&self) -> bool {

@@ -1,7 +1,7 @@
 //! The shaders of a material, their sockets ready to be read.
 
 use super::Root;
-use crate::scene::graph::{Distribution, ShaderRules, SimpleBsdf};
+use crate::scene::graph::{Distribution, HairModel, ShaderRules, SimpleBsdf};
 use crate::shading::Principled;
 
 /// What a shader of a surface does, its sockets ready to be read.
@@ -133,6 +133,19 @@ impl Shader {
                 ..
             }
         )
+    }
+
+    /// Whether it is of fibres whose directions are drawn otherwise than they are evaluated, as in Cycles: what is found hangs on which
+    /// way finds it.
+    pub fn draws_other_fibres(&self) -> bool {
+        let Self::Simple { bsdf, .. } = self else {
+            return false;
+        };
+        match bsdf {
+            SimpleBsdf::Hair { transmits } => !transmits,
+            SimpleBsdf::PrincipledHair(fibre) => fibre.model == HairModel::Huang,
+            _ => false,
+        }
     }
 
     /// Whether light goes on below it.
