@@ -286,7 +286,7 @@ unsafe extern "C" fn round_filter(args: *const sys::RTCFilterFunctionNArguments)
         // Around the strand alone: where that grows thinner the normal leans forward.
         let [across, facing] = StrandMesh::across(along.truncate(), direction);
         let (beside, before) = (normal.dot(across), normal.dot(facing));
-        let around = beside.hypot(before);
+        let around = glam::Vec2::new(beside, before).length();
         let sine = if around > 0.0 { beside / around } else { 0.0 };
         let v = if before < 0.0 {
             (2.0 - sine.abs()).copysign(sine)
