@@ -523,6 +523,7 @@ impl Place for HitPoint<'_> {
                 number(f32::from(self.asking.past.depths[place]))
             }
             PlaceInput::RayLength => number(self.asking.distance - self.asking.near),
+            PlaceInput::FibreCover(aspect) => number(f32::from(self.is_on_fibre(aspect))),
         }
     }
 

@@ -103,6 +103,7 @@ impl PlaceInput {
             | Self::PathDepth(_)
             | Self::RayDepth
             | Self::RayLength => "Light Path",
+            Self::FibreCover(_) => "Principled Hair BSDF",
         }
     }
 }

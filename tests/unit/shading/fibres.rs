@@ -4,11 +4,11 @@ use super::*;
 #[test]
 fn colors_become_absorption() {
     for (roughness, color) in [(0.3, 0.5), (0.1, 0.02), (0.9, 0.7)] {
-        let x = f64::from(roughness);
+        let x: f64 = roughness;
         let scale = 5.969 - 0.215 * x + 2.532 * x * x - 10.73 * x.powi(3)
             + 5.574 * x.powi(4)
             + 0.245 * x.powi(5);
-        let expected = (f64::from(color).ln() / scale).powi(2);
+        let expected = (f64::ln(color) / scale).powi(2);
         let found = f64::from(absorption_of_color(Vec3::splat(color as f32), roughness as f32).x);
         assert!((found / expected - 1.0).abs() < 1e-5, "{found} {expected}");
     }

@@ -154,6 +154,9 @@ pub enum PlaceInput {
     IsReflectionRay,
     /// Light Path: how long the ray is.
     RayLength,
+    /// Principled Hair BSDF: 1 where its fibre has an elliptic section of this aspect ratio and the ray meets that, 0 where it passes
+    /// beside; 1 on meshes.
+    FibreCover(f32),
 }
 
 impl PlaceInput {
@@ -366,7 +369,8 @@ impl Function {
                 | PlaceInput::IsReflectionRay
                 | PlaceInput::PathDepth(_)
                 | PlaceInput::RayDepth
-                | PlaceInput::RayLength => &[(Float, Lane::One(0))],
+                | PlaceInput::RayLength
+                | PlaceInput::FibreCover(_) => &[(Float, Lane::One(0))],
                 PlaceInput::ObjectColor
                 | PlaceInput::ObjectValue(_)
                 | PlaceInput::Grid { .. }
