@@ -6,6 +6,7 @@
 mod elsewhere;
 mod fibres;
 mod kinds;
+mod receiving;
 mod roughness;
 mod uniform;
 
@@ -391,12 +392,6 @@ impl<K: BsdfFeatures> Bsdf<K> {
         K::TRANSMISSION && self.transmits
     }
 
-    /// Whether some lobe is lit from the other side.
-    #[inline(always)]
-    fn is_lit_behind(&self) -> bool {
-        K::TRANSMISSION && self.is_lit_behind
-    }
-
     /// Normal of the Lambertian lobe.
     #[inline(always)]
     fn normal(&self) -> Vec3 {
@@ -494,23 +489,6 @@ impl<K: BsdfFeatures> Bsdf<K> {
     #[inline]
     pub fn is_samplable(&self) -> bool {
         self.lambert.color != Vec3::ZERO || (K::FACETS && self.is_samplable)
-    }
-
-    /// Normal for the estimate of which lights matter, `None` where light from both sides does; and Cycles' for the same, with whether
-    /// light from both sides does.
-    #[inline]
-    pub fn receiving(&self) -> (Option<Vec3>, (Vec3, bool)) {
-        (
-            self.receiving_normal(),
-            (self.smooth(), self.is_lit_behind()),
-        )
-    }
-
-    fn receiving_normal(&self) -> Option<Vec3> {
-        let normal = self.normal();
-        let bent = K::BUMPS && (normal != self.smooth() || normal != self.normals.shading);
-        let agree = !self.is_lit_behind() && !bent && (!K::FACETS || self.agrees);
-        agree.then_some(normal)
     }
 
     /// BSDF · |cos| and the density for a direction to the light.

@@ -84,6 +84,37 @@ impl Read {
     }
 }
 
+impl FibrePlace {
+    /// Of a strand or a mesh, where its smooth normal is that.
+    pub fn of(strand: &Strand, normal: Vec3) -> Self {
+        let axis = match strand.is_strand && strand.normal == Vec3::ZERO {
+            true => some_axis(strand.tangent),
+            false => strand.normal,
+        };
+        Self {
+            tangent: strand.tangent,
+            axis,
+            normal,
+            across: strand.across,
+            coverage: strand.coverage,
+            seed: strand.seed,
+            masked: false,
+        }
+    }
+}
+
+/// The axis of sections of strands without normals, as in Cycles, where it hangs on Blender's axes.
+fn some_axis(tangent: Vec3) -> Vec3 {
+    let t = Vec3::new(tangent.x, -tangent.z, tangent.y);
+    let z = if t.x != t.y || t.x != t.z {
+        Vec3::new(t.z - t.y, t.x - t.z, t.y - t.x)
+    } else {
+        Vec3::new(t.z - t.y, t.x + t.z, -t.y - t.x)
+    };
+    let axis = t.cross(z).normalize_or_zero();
+    Vec3::new(axis.x, axis.z, -axis.y)
+}
+
 impl<K: BsdfFeatures> Bsdf<K> {
     /// Adds the lobe of a Hair BSDF.
     pub(super) fn add_hair<P: Place>(
@@ -164,13 +195,8 @@ impl<K: BsdfFeatures> Bsdf<K> {
                     ),
                 };
                 let place = FibrePlace {
-                    tangent: strand.tangent,
-                    axis: strand.normal,
-                    normal: self.normals().smooth,
-                    across: strand.across,
-                    coverage: strand.coverage,
-                    seed: strand.seed,
                     masked: is_masked,
+                    ..FibrePlace::of(&strand, self.normals().smooth)
                 };
                 let lobe = Huang::new(weight, &of, &place, self.wo(), tables.solid.as_ref());
                 if of.ways != Vec3::ZERO && !lobe.is_beside() {

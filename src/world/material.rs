@@ -564,18 +564,14 @@ impl PreparedMaterial {
     pub fn asks_which_ray(&self) -> bool {
         let opacity = self.programs.opacity.iter().map(|o| &o.program);
         let mut programs = opacity.chain([&self.programs.emission.program]);
-        programs.any(|program| {
-            program
-                .place_inputs()
-                .iter()
-                .any(PlaceInput::tells_rays_apart)
-        })
+        let asks = |p: &PlaceInput| p.tells_rays_apart();
+        programs.any(|program| program.place_inputs().iter().any(asks))
     }
 
     /// Whether it has fibres whose directions are drawn otherwise than they are evaluated.
     pub fn draws_other_fibres(&self) -> bool {
         let mut shaders = self.programs.shaders.iter();
-        shaders.any(|weighted| weighted.shader.draws_other_fibres())
+        shaders.any(|of| of.shader.draws_other_fibres())
     }
 
     /// Whether [`Self::emitted`] looks at the place.

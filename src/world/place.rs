@@ -543,6 +543,7 @@ impl Place for HitPoint<'_> {
             | PlaceInput::StrandNormal
             | PlaceInput::PointPosition
             | PlaceInput::PointRadius => self.strand_info(input, facts.origin),
+            PlaceInput::FibreCover(aspect) => number(f32::from(self.is_on_fibre(aspect))),
         }
     }
 

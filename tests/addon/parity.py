@@ -311,7 +311,7 @@ def _some(numbers, tiles, samples, found, shown, say):
 
 def shines(tile):
     """Whether a shader gives light, of which others would see something."""
-    return tile.kind == "shader" and ("Emission" in tile.node or any("Emission" in name for name, _ in tile.inputs))
+    return tile.kind == "shader" and ("Emission" in tile.node or "Hair" in tile.node or any("Emission" in name for name, _ in tile.inputs))
 
 
 def contact_sheet(path, shown):

@@ -105,6 +105,7 @@ impl PlaceInput {
             | Self::RayLength => "Light Path",
             Self::IsStrand | Self::StrandThickness | Self::StrandNormal => "Hair Info",
             Self::PointPosition | Self::PointRadius => "Point Info",
+            Self::FibreCover(_) => "Principled Hair BSDF",
         }
     }
 }

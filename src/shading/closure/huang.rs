@@ -54,6 +54,42 @@ pub struct FibrePlace {
     pub masked: bool,
 }
 
+impl FibrePlace {
+    /// The frame of a section of an aspect ratio, its lesser axis over its greater one, and the offset of the view across it.
+    fn frame(&self, mut aspect: f32, wo: Vec3) -> (Frame, f32, f32) {
+        let y = self.tangent;
+        let across = y.cross(wo).try_normalize();
+        let offset = if self.across != 0.0 {
+            -self.across
+        } else {
+            -across.map_or(0.0, |x| x.dot(self.normal))
+        };
+        let mut x = across;
+        if self.axis != Vec3::ZERO && aspect != 1.0 {
+            let axis = self.axis.cross(y).normalize_or_zero();
+            x = y.cross(axis).try_normalize().or(x);
+            if aspect > 1.0 {
+                // The other axis is the greater one.
+                aspect = 1.0 / aspect;
+                x = x.and_then(|x| y.cross(x).try_normalize());
+            }
+        }
+        let x = x.unwrap_or_else(|| Frame::from_normal(y).x);
+        let frame = Frame {
+            x,
+            y,
+            z: x.cross(y),
+        };
+        (frame, aspect, offset.clamp(-1.0, 1.0))
+    }
+
+    /// Whether a view meets the section, and does not pass beside it, as on a flat strand that is wider than it.
+    pub fn is_seen(&self, aspect: f32, wo: Vec3) -> bool {
+        let (frame, aspect, offset) = self.frame(aspect, wo);
+        offset.abs() < Section::new(aspect, frame.to_local(wo)).radius()
+    }
+}
+
 /// Cosines that energies are kept for, by their roots.
 const ENERGIES: usize = 8;
 
@@ -125,28 +161,8 @@ impl Huang {
     ) -> Self {
         let mut of = *of;
         of.roughness = of.roughness.clamp(0.001, 1.0);
-        let y = place.tangent;
-        let across = y.cross(wo).try_normalize();
-        let offset = if place.across != 0.0 {
-            -place.across
-        } else {
-            -across.map_or(0.0, |x| x.dot(place.normal))
-        };
-        let mut x = across;
-        if place.axis != Vec3::ZERO && of.aspect != 1.0 {
-            let of_axis = y
-                .cross(place.axis.cross(y).normalize_or_zero())
-                .try_normalize();
-            x = of_axis.or(x);
-            if of.aspect > 1.0 {
-                // The other axis is the greater one.
-                of.aspect = 1.0 / of.aspect;
-                x = x.and_then(|x| y.cross(x).try_normalize());
-            }
-        }
-        let x = x.unwrap_or_else(|| Frame::from_normal(y).x);
-        let z = x.cross(y);
-        let frame = Frame { x, y, z };
+        let (frame, offset);
+        (frame, of.aspect, offset) = place.frame(of.aspect, wo);
         let rough = of.roughness.sqrt();
         let energy = |i: usize, inside: bool| {
             let root = i as f32 / (ENERGIES - 1) as f32;
@@ -162,7 +178,7 @@ impl Huang {
             wo,
             section: Section::new(of.aspect, wo),
             of,
-            offset: offset.clamp(-1.0, 1.0),
+            offset,
             coverage: place.coverage,
             seed: place.seed,
             is_masked: place.masked,

@@ -3,7 +3,8 @@
 use super::super::geometry::unit_or_zero;
 use super::super::view::to_blender;
 use super::{HitPoint, between};
-use crate::shading::program::Strand;
+use crate::shading::closure::FibrePlace;
+use crate::shading::program::{Place, Strand};
 use glam::Vec3;
 
 /// Where a point was before its surface was displaced.
@@ -51,6 +52,14 @@ impl HitPoint<'_> {
             seed: self.u.to_bits() ^ self.v.to_bits().rotate_left(16),
             ..Strand::NONE
         }
+    }
+
+    /// Whether the ray meets the elliptic section of a fibre, and does not pass beside it.
+    pub(super) fn is_on_fibre(&self, aspect: f32) -> bool {
+        let strand = self.strand();
+        let normal = self.side(self.outer_normal());
+        let view = -self.asking.direction.normalize_or_zero();
+        !strand.is_strand || FibrePlace::of(&strand, normal).is_seen(aspect, view)
     }
 
     /// The place between corners; `turned` brings a vector of the mesh's space to theirs.

@@ -128,10 +128,7 @@ impl Reader<'_, '_, '_> {
                 };
                 self.add(at, NodeKind::Bsdf(SimpleBsdf::Hair { transmits }), &[])
             }
-            "BsdfHairPrincipled" => {
-                let fibre = self.fibre(node)?;
-                self.add(at, NodeKind::Bsdf(SimpleBsdf::PrincipledHair(fibre)), &[])
-            }
+            "BsdfHairPrincipled" => self.principled_hair(at)?,
             // Alone it is what instances are made of ([`Reader::is_holdout`]); among others it gives no light.
             "Holdout" => return Ok(Some(Input::None)),
             "BsdfTransparent" => self.add(at, NodeKind::TransparentBsdf, &[]),
@@ -179,6 +176,28 @@ impl Reader<'_, '_, '_> {
             never_backward: is_before(5, 2),
             diffuse_behind_diffuse: is_before(5, 0) || method == WalkMethod::Burley,
         })
+    }
+
+    /// A Principled Hair BSDF. Beside an elliptic section rays pass straight on.
+    fn principled_hair(&mut self, at: usize) -> Result<Link, Refusal> {
+        let node = &self.source.nodes[at];
+        let fibre = self.fibre(node)?;
+        let aspect = self.input(node, "Aspect Ratio", SocketKind::Float);
+        let shader = self.add(at, NodeKind::Bsdf(SimpleBsdf::PrincipledHair(fibre)), &[]);
+        let aspect = match aspect {
+            Some(Input::Value([aspect, ..])) if fibre.model == HairModel::Huang => aspect,
+            _ => 1.0,
+        };
+        if aspect == 1.0 {
+            return Ok(shader);
+        }
+        let cover = Function::Place(PlaceInput::FibreCover(aspect.max(1e-3)));
+        let cover = self.graph.add(Node::new(NodeKind::Function(cover)));
+        let clear = Node::new(NodeKind::TransparentBsdf);
+        let clear = self.graph.add(clear.with(transparent::COLOR, 1.0));
+        let mixed = Node::new(NodeKind::MixShader).with(mix_shader::FACTOR, cover);
+        let mixed = mixed.with(mix_shader::A, clear).with(mix_shader::B, shader);
+        Ok(self.graph.add(mixed))
     }
 
     /// What a Principled Hair BSDF is.

@@ -164,6 +164,9 @@ pub enum PlaceInput {
     PointPosition,
     /// Point Info: its radius.
     PointRadius,
+    /// Principled Hair BSDF: 1 where its fibre has an elliptic section of this aspect ratio and the ray meets that, 0 where it passes
+    /// beside; 1 on meshes.
+    FibreCover(f32),
 }
 
 impl PlaceInput {
@@ -379,7 +382,8 @@ impl Function {
                 | PlaceInput::RayLength
                 | PlaceInput::IsStrand
                 | PlaceInput::StrandThickness
-                | PlaceInput::PointRadius => &[(Float, Lane::One(0))],
+                | PlaceInput::PointRadius
+                | PlaceInput::FibreCover(_) => &[(Float, Lane::One(0))],
                 PlaceInput::ObjectColor
                 | PlaceInput::ObjectValue(_)
                 | PlaceInput::Grid { .. }
