@@ -23,7 +23,7 @@ mod strands;
 mod triangles;
 
 pub use device::{Device, EmbreeError, HEADERS, InstructionSet, Version};
-pub use strands::{StrandKind, StrandMesh};
+pub use strands::{StrandMesh, StrandShape};
 pub use triangles::TriangleMesh;
 
 use device::take_error;

@@ -77,6 +77,7 @@ pub fn fingerprint(scene: &Scene) -> String {
         if let Some(strands) = &mesh.strands {
             block("strands", format!("{:?}", strands.shape).as_bytes());
             block("radii", bytemuck::cast_slice(&strands.radii));
+            block("curves' normals", bytemuck::cast_slice(&strands.normals));
         }
         block("triangles", bytemuck::cast_slice(&mesh.triangles));
         block("material", format!("{:?}", mesh.material).as_bytes());

@@ -192,6 +192,7 @@ impl Mesh {
         others.for_each(|values| take(values, of));
         if let Some(strands) = &mut self.strands {
             take(&mut strands.radii, of);
+            take(&mut strands.normals, of);
         }
     }
 }

@@ -2,18 +2,7 @@
 
 use super::Mesh;
 
-/// What strands look like.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StrandShape {
-    /// Flat, but shaded as if they were round; so many pieces for each segment.
-    Ribbon(u8),
-    /// Round about Catmull-Rom curves.
-    Round,
-    /// Round about straight segments.
-    RoundLinear,
-    /// Spheres.
-    Points,
-}
+pub use crate::ffi::embree::StrandShape;
 
 /// What makes strands or points of a mesh's vertices.
 ///
@@ -25,6 +14,9 @@ pub struct Strands {
     pub shape: StrandShape,
     /// Radius at each vertex, object space, metres.
     pub radii: Vec<f32>,
+    /// The curve's normal at each vertex, which elliptic sections follow, Blender's axes; empty where there are none. As in Cycles it
+    /// does not turn with the object.
+    pub normals: Vec<[f32; 3]>,
 }
 
 impl Strands {
@@ -40,18 +32,6 @@ impl Strands {
 }
 
 impl Mesh {
-    /// The curve or point that each of its segments is of, by number.
-    pub fn curves(&self) -> Vec<u32> {
-        let mut number = 0;
-        let mut end = None;
-        let numbers = self.triangles.iter().map(|&[from, to, _]| {
-            number += u32::from(end.is_some_and(|end| end != from || from == to));
-            end = Some(to);
-            number
-        });
-        numbers.collect()
-    }
-
     /// Whether it is made of strands or points, and not of triangles.
     pub fn has_strands(&self) -> bool {
         self.strands.is_some()

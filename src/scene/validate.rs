@@ -456,6 +456,10 @@ fn clean_mesh(mesh: &mut Mesh, tally: &mut Tally, diagnostics: &mut Diagnostics)
         && fits(mesh.colors.as_ref().map(Vec::len))
         && fits(mesh.strands.as_ref().map(|strands| strands.radii.len()))
         && mesh
+            .strands
+            .as_ref()
+            .is_none_or(|s| s.normals.is_empty() || s.normals.len() == count)
+        && mesh
             .attributes
             .iter()
             .all(|values| fits(Some(values.len())))

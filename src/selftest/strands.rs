@@ -56,7 +56,11 @@ fn tuft(shape: StrandShape, radius: f32) -> Mesh {
             }
         }
     }
-    mesh.strands = Some(Strands { shape, radii });
+    mesh.strands = Some(Strands {
+        shape,
+        radii,
+        normals: Vec::new(),
+    });
     mesh
 }
 

@@ -3,10 +3,10 @@
 use super::geometry::{MeshInstance, unit_or_zero};
 use super::neighbourhood::across;
 use super::place::HitPoint;
-use super::view::to_blender;
+use super::view::{from_blender, to_blender};
 use super::{Hit, World};
 use crate::effects::General;
-use crate::ffi::embree::{EmbreeError, StrandKind, StrandMesh};
+use crate::ffi::embree::{EmbreeError, StrandMesh};
 use crate::math::float::{BoundedPoint, gamma};
 use crate::scene::graph::function::PlaceInput;
 use crate::scene::{Mesh, RayKind, StrandShape};
@@ -18,8 +18,8 @@ use std::sync::Arc;
 pub struct StrandData {
     /// Shared with Embree.
     pub mesh: Arc<StrandMesh>,
-    /// The curve or point that each segment is of.
-    curves: Vec<u32>,
+    /// Of the curves, Blender's axes, at both ends of each segment; empty where there are none. They do not turn with objects.
+    normals: Vec<[[f32; 3]; 2]>,
 }
 
 /// The strand that a ray leaves, which it does not meet: a flat one would be in the way of all rays from it. As in Cycles, it is
@@ -40,36 +40,48 @@ impl StrandData {
         let Some(strands) = &mesh.strands else {
             return Ok(None);
         };
-        let kind = match strands.shape {
-            StrandShape::Ribbon(pieces) => StrandKind::Ribbon(pieces),
-            StrandShape::Round => StrandKind::Round,
-            StrandShape::RoundLinear => StrandKind::RoundLinear,
-            StrandShape::Points => StrandKind::Points,
-        };
         // The mean of the scales, as in Cycles.
         let scale = transform.map_or(1.0, |t| t.matrix3.determinant().abs().cbrt() as f32);
         let radii: Vec<f32> = strands.radii.iter().map(|r| r * scale).collect();
         let still = [positions.to_vec()];
         let steps = if moved.is_empty() { &still[..] } else { moved };
         let segments = mesh.triangles.iter().map(|&[from, to, _]| [from, to]);
+        let made = StrandMesh::new(strands.shape, steps, &radii, segments.clone())?;
+        let mut normals = Vec::new();
+        if !strands.normals.is_empty() {
+            normals = segments
+                .map(|ends| ends.map(|i| strands.normals[i as usize]))
+                .collect();
+        }
         Ok(Some(Self {
-            mesh: Arc::new(StrandMesh::new(kind, steps, &radii, segments)?),
-            curves: mesh.curves(),
+            mesh: Arc::new(made),
+            normals,
         }))
     }
 
     /// One segment, as it is at a time.
     pub fn at_time(&self, segment: u32, time: f32) -> Self {
-        let keys = self.mesh.keys_at(segment, time);
+        let normals = self.normals.get(segment as usize);
         Self {
-            mesh: Arc::new(StrandMesh::single(self.mesh.kind(), keys)),
-            curves: vec![self.curves[segment as usize]],
+            mesh: Arc::new(self.mesh.at_time(segment, time)),
+            normals: normals.copied().into_iter().collect(),
+        }
+    }
+
+    /// The curve's normal along a segment, of any length; 0 where there is none.
+    fn normal(&self, segment: u32, u: f32) -> Vec3 {
+        match self.normals.get(segment as usize) {
+            Some(ends) => {
+                let [from, to] = ends.map(Vec3::from);
+                from + (to - from) * u
+            }
+            None => Vec3::ZERO,
         }
     }
 
     /// Bytes of its own.
     pub fn bytes(&self) -> usize {
-        self.mesh.bytes() + self.curves.len() * 4
+        self.mesh.bytes() + size_of_val(&*self.normals)
     }
 }
 
@@ -92,28 +104,31 @@ pub(super) struct OnStrand {
     pub thickness: f32,
     /// In the middle of the strand, in the world, relative to the origin.
     pub middle: Vec3,
+    /// Of the curve, in the world, of any length; 0 where there is none.
+    of_curve: Vec3,
 }
 
 impl OnStrand {
     /// Where a ray meets one; `None` on triangles.
     pub fn of(at: &HitPoint) -> Option<Self> {
         let strands = at.mesh.strands.as_ref()?;
-        Some(Self::on(at, &strands.mesh))
+        Some(Self::on(at, strands))
     }
 
     /// Cycles' curve_shader_setup and point_shader_setup say the same of normals.
     #[cold]
-    fn on(at: &HitPoint, strands: &StrandMesh) -> Self {
+    fn on(at: &HitPoint, data: &StrandData) -> Self {
         let (entry, u, v) = (at.entry, at.u, at.v);
+        let strands = &*data.mesh;
         let keys = strands.keys_at(at.triangle, 0.0);
         let view = -at.asking.direction.normalize_or_zero();
         let direction = to_mesh(entry, at.asking.direction).normalize_or_zero();
         let (middle, along) = StrandMesh::on_curve(strands.kind(), keys, u);
         let radius = keys[1].w + (keys[2].w - keys[1].w) * u;
         let height = |squares: f32| (1.0 - squares).max(0.0).sqrt();
-        let is_flat = matches!(strands.kind(), StrandKind::Ribbon(_));
+        let is_flat = matches!(strands.kind(), StrandShape::Ribbon(_));
         let (normal, place, tangent) = match strands.kind() {
-            StrandKind::Points => {
+            StrandShape::Points => {
                 let [x, y] = StrandMesh::across_points(direction);
                 let normal = x * u + y * v - direction * height(u * u + v * v);
                 let center = keys[1].truncate();
@@ -132,7 +147,7 @@ impl OnStrand {
         };
         // Of a point that is stretched too: as Cycles has it, from the middle to the place.
         let normal = unit_or_zero(match strands.kind() {
-            StrandKind::Points => entry.vector::<General>(normal),
+            StrandShape::Points => entry.vector::<General>(normal),
             _ => entry.normal::<General>(normal),
         });
         let thickness = if entry.is_instance() {
@@ -149,6 +164,7 @@ impl OnStrand {
             across: if is_flat { v } else { 0.0 },
             radius,
             thickness,
+            of_curve: from_blender(data.normal(at.triangle, u)),
             middle: {
                 let error = Vec3::ZERO;
                 let point = middle.truncate();
@@ -199,6 +215,7 @@ impl HitPoint<'_> {
             tangent: unit_or_zero(on.tangent),
             second: Vec3::ZERO,
             across: on.across,
+            normal: on.of_curve,
             radius: on.radius,
             coverage,
             seed,
@@ -248,7 +265,7 @@ impl World {
         let object = hit.object();
         let entry = &self.geometry.entries[object as usize];
         let strands = self.geometry.meshes[entry.mesh as usize].strands.as_ref()?;
-        let curve = strands.curves[hit.primitive as usize];
+        let curve = strands.mesh.curve_of(hit.primitive);
         Some(LeftStrand { object, curve })
     }
 

@@ -44,6 +44,16 @@ def diffuse(color):
     return made
 
 
+def elliptic(aspect):
+    """A material of fibres with elliptic sections."""
+    made, tree, output = _material("fibres")
+    shader = tree.nodes.new("ShaderNodeBsdfHairPrincipled")
+    shader.model = "HUANG"
+    shader.inputs["Aspect Ratio"].default_value = aspect
+    tree.links.new(shader.outputs[0], output.inputs["Surface"])
+    return made
+
+
 def shining(color):
     """A material that shines."""
     made, tree, output = _material("shining")

@@ -102,6 +102,16 @@ class Particles(Strands):
         self.assertEqual(radii[:, -1].tolist(), [0] * 4)
         self.assertGreater(radii[:, -2].min(), 0.01)
 
+    def test_normals_for_elliptic_fibres(self):
+        shown = strand_kit.hairy(count=5)
+        shown.data.materials.append(strand_kit.elliptic(0.5))
+        found = self.export()
+        arrays = self.arrays(found, self.only(found, "ball"))
+        if strands.HAS_UPWARD_NORMALS:
+            self.near(arrays["NORMAL"], numpy.tile((0, 0, 1), (45, 1)), 0)
+        else:
+            self.assertNotIn("NORMAL", arrays)
+
     def test_materials_by_slot(self):
         shown = strand_kit.hairy(count=3, material=2)
         for number in range(3):
@@ -312,6 +322,21 @@ class Curves(Strands):
         self.assertEqual(len(pairs), len(data.points) - 6)
         starts = [c.first_point_index for c in data.curves]
         self.assertEqual([a for (a, _), (_, b) in zip(pairs[1:].tolist(), pairs.tolist()) if a != b], starts[1:])
+
+    def test_normals_for_elliptic_fibres(self):
+        shown = self.link("curves", strand_kit.curves(count=6))
+        for aspect in (1.0, 0.5):
+            shown.data.materials.clear()
+            shown.data.materials.append(strand_kit.elliptic(aspect))
+            found = self.export()
+            arrays = self.arrays(found, self.only(found, "curves"))
+            self.assertEqual("NORMAL" in arrays, aspect != 1.0)
+        # Across the strand and of unit length.
+        normals, places = arrays["NORMAL"], arrays["POSITION"]
+        self.near((normals**2).sum(axis=1), numpy.ones(len(normals)), 1e-5)
+        # The first curve has three keys; at its middle one the tangent is the mean of both segments' directions.
+        ways = [way / numpy.linalg.norm(way) for way in numpy.diff(places[:3], axis=0)]
+        self.assertLess(abs(normals[1] @ (ways[0] + ways[1])), 1e-5)
 
     def test_single_keys_and_no_radius(self):
         data = bpy.data.hair_curves.new("curves")

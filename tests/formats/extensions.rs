@@ -318,13 +318,18 @@ fn lines_and_points_with_a_radius_are_strands() {
         // What is no radius is none; the segments are corners that go there and back.
         assert_eq!(found.radii, [0.2, 0.1, 0.0, 0.0, 0.3]);
         assert_eq!(mesh.triangles, [[0, 1, 0], [1, 2, 1], [3, 4, 3]]);
-        assert_eq!(mesh.curves(), [0, 0, 1]);
         // They are lit, and no size is made up for them.
         assert!(codes(&imported).is_empty(), "{:?}", codes(&imported));
         assert_eq!(mesh.material, None);
         let called_for = EffectReport::detect(&imported.scene).called_for;
         assert!(called_for.contains(Effect::Strands));
     }
+    let mut file = strands("round");
+    let normals = file.floats("VEC3", &[0.0, 0.0, 1.0].repeat(5));
+    file.json["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = json!(normals);
+    let mesh = file.load().scene.meshes.remove(0);
+    assert_eq!(mesh.strands.unwrap().normals, [[0.0, 0.0, 1.0]; 5]);
+    assert_eq!(mesh.normals, None);
     let imported = strands("points").load();
     let mesh = &imported.scene.meshes[0];
     let found = mesh.strands.as_ref().unwrap();

@@ -58,15 +58,17 @@ def readable(shown):
 class Demand:
     """What the materials of a mesh need of it: names of UV maps (None: the active one), the name and the number of components
     of a colour attribute, and for shader graphs those of other attributes (1: Cycles' number of it, three times) and whether
-    they read generated coordinates, and whether they displace vertices; for each slot in use."""
+    they read generated coordinates, displace vertices, and follow the normals of curves; for each slot in use."""
 
-    def __init__(self, uvs=(), color=None, color_width=3, attributes=(), generated=False, vertices=False):
+    def __init__(self, uvs=(), color=None, color_width=3, attributes=(), generated=False, vertices=False, curve_normals=False):
         self.uvs, self.color, self.color_width = tuple(uvs), color, color_width
         self.attributes, self.generated, self.vertices = tuple(attributes), generated, vertices
+        self.curve_normals = curve_normals
 
     def key(self):
         """For hashing."""
-        return [list(self.uvs), self.color, self.color_width, [list(a) for a in self.attributes], self.generated, self.vertices]
+        names = [list(self.uvs), self.color, self.color_width, [list(a) for a in self.attributes]]
+        return [*names, self.generated, self.vertices, self.curve_normals]
 
     def colors(self):
         """Names and numbers of components of all attributes."""

@@ -33,7 +33,7 @@ class Written:
         # The graph of what is told to passes of the scene's own, if there is any.
         self.aovs = None
         self.attributes = []
-        self.generated = self.informed = self.vertices = False
+        self.generated = self.informed = self.vertices = self.curve_normals = False
         self.values = set()
         self.findings = []
 
@@ -191,6 +191,8 @@ class GraphWriter:
             or ("Tangent" not in inputs and any(inputs.get(n, 0.0) != 0.0 for n in ("Anisotropic", "Anisotropy")))
         )
         self.result.generated |= coordinates
+        # Elliptic fibres.
+        self.result.curve_normals |= inputs.get("Aspect Ratio", 1.0) != 1.0
         self.result.informed |= kind == "ShaderNodeObjectInfo" and bool(use.outputs - {"Location", "Material Index"})
         self._widths.update({COMPUTED[kind, o]: 1 for o in use.outputs if (kind, o) in COMPUTED})
         name = _attribute_of(use.node)

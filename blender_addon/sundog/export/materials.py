@@ -183,7 +183,8 @@ class Writer:
         result["extensions"] = {self.document.uses(k): v for k, v in extensions.items()}
         index = self.document.shared("materials", result)
         radial = "anisotropy" in others and "tangent" not in others["anisotropy"]
-        demand = geometry.Demand(slots.uvs, color, width, written.attributes, written.generated or radial, written.vertices)
+        asked = written.generated or radial, written.vertices, written.curve_normals
+        demand = geometry.Demand(slots.uvs, color, width, written.attributes, *asked)
         informed, values = written.informed, written.values
         if filled is not None:
             informed, values = informed or filled.informed, values | filled.values

@@ -35,6 +35,8 @@ RADII = "_RADIUS"
 
 # Whether Cycles draws curves of the type Poly with straight segments whatever the scene's shape.
 HAS_POLY = bpy.app.version >= (5, 0, 0)
+# Whether Cycles takes normals of particles' hair for upward. It has none, and none has become that since they are packed.
+HAS_UPWARD_NORMALS = bpy.app.version >= (5, 1, 0)
 _SHAPES = {"RIBBONS": "ribbon", "THICK": "round", "THICK_LINEAR": "round-linear"}
 _POLY = 1
 
@@ -54,7 +56,7 @@ class Strands:
 
     `positions` (keys × 3) and `radii` (keys), metres. `counts` has the keys of each curve; it is None for points. `numbers` are
     those that Cycles knows the curves by. `slot` is the material's. `uvs(name)` and `named(name, width)` give rows for all keys,
-    or None where there is nothing of that name; `velocity()` metres a second. `roots` has the texture space of the generated coordinates that each curve has
+    or None where there is nothing of that name; `velocity()` metres a second, `normals()` those of curves (keys × 3). `roots` has the texture space of the generated coordinates that each curve has
     from its first key; None where they are places in the object's space. `look` stands for the scene's, where it is not None.
     """
 
@@ -63,7 +65,7 @@ class Strands:
         self.numbers = numbers
         if numbers is None:
             self.numbers = numpy.arange(len(positions) if counts is None else len(counts))
-        self.velocity = lambda: None
+        self.velocity = self.normals = lambda: None
         self.uvs = lambda name: None
         self.named = lambda name, width: None
         self.roots = self.look = None
@@ -133,6 +135,8 @@ class Strands:
         for number, step in enumerate(self.steps):
             if step is not None:
                 arrays[f"_POSITION_{number}"] = step
+        if demand.curve_normals and (normals := self.normals()) is not None:
+            arrays["NORMAL"] = normals
         if demand.generated and self.roots is not None:
             arrays["_GENERATED"] = self._generated()
         for number, name in enumerate(demand.uvs):
@@ -242,6 +246,8 @@ def of_particles(shown, slots, depsgraph):
         strands = Strands(slot, places.reshape(-1, 3), radii.reshape(-1), counts, numpy.arange(first, first + len(numbers)))
         first += len(numbers)
         strands.roots = geometry.texture_space(shown.data)
+        if HAS_UPWARD_NORMALS:
+            strands.normals = lambda count=len(strands.positions): numpy.tile(numpy.float32((0, 0, 1)), (count, 1))
         _read_emitter(strands, shown.data, (modifier, system), numbers)
         found.append(strands)
     return found
@@ -378,6 +384,8 @@ def of_curves(data):
         return []
     strands = Strands(0, positions[kept], radii[kept], counts[drawn], numpy.flatnonzero(drawn))
     _read_attributes(strands, data, lambda name: values[kept] if (values := read(name, counts)) is not None else None)
+    # One by one: read as an array they are not what they are (5.2.3).
+    strands.normals = lambda: numpy.array([normal.vector[:] for normal in data.normals], numpy.float32)[kept]
     kinds = read("curve_type")
     if kinds is not None and kinds[0, 0] == _POLY and HAS_POLY:
         # As Cycles: the first curve decides.

@@ -13,8 +13,8 @@ const LEANS: f32 = 256.0;
 
 /// What strands look like.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StrandKind {
-    /// Flat pieces that face each ray, so many for each segment.
+pub enum StrandShape {
+    /// Flat, towards each ray, but shaded as if they were round: so many pieces for each segment.
     Ribbon(u8),
     /// Round about Catmull-Rom curves.
     Round,
@@ -30,11 +30,13 @@ pub enum StrandKind {
 /// to the sides (−1, 1), and from there to the middle of the far side, which rays meet from within (−2, 2); how far it leans along the strand is
 /// packed with it ([`StrandMesh::across_and_lean`]). Of points `u` and `v` are the normal's parts along [`StrandMesh::across_points`].
 pub struct StrandMesh {
-    kind: StrandKind,
+    kind: StrandShape,
     /// Places and radii at steps of time. The first and the last of a curve stand twice: the ends of Catmull-Rom curves.
     keys: Vec<Vec<[f32; 4]>>,
     /// The first of the four keys of each segment; of points none.
     segments: Vec<u32>,
+    /// The curve that each segment is of; of points none.
+    curves: Vec<u32>,
 }
 
 impl StrandMesh {
@@ -44,7 +46,7 @@ impl StrandMesh {
     /// # Errors
     /// If there are more steps than Embree takes, or a vertex does not exist.
     pub fn new(
-        kind: StrandKind,
+        kind: StrandShape,
         steps: &[Vec<[f32; 3]>],
         radii: &[f32],
         segments: impl Iterator<Item = [u32; 2]> + Clone,
@@ -59,10 +61,10 @@ impl StrandMesh {
             let words = "strands refer to vertices beyond those that there are";
             return Err(EmbreeError(words.into()));
         }
-        let (mut order, mut firsts) = (Vec::new(), Vec::new());
-        let mut end = None;
+        let (mut order, mut firsts, mut curves) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut end, mut curve) = (None, 0);
         for [from, to] in segments.clone() {
-            if kind == StrandKind::Points {
+            if kind == StrandShape::Points {
                 order.push(from);
                 continue;
             }
@@ -71,7 +73,9 @@ impl StrandMesh {
                 order.pop();
             } else {
                 order.extend([from, from]);
+                curve += 1;
             }
+            curves.push(curve);
             firsts.push(u32::try_from(order.len() - 2).unwrap_or(u32::MAX));
             order.extend([to, to]);
             end = Some(to);
@@ -87,33 +91,46 @@ impl StrandMesh {
             kind,
             keys: keys.collect(),
             segments: firsts,
+            curves,
         })
     }
 
-    /// One segment or point, by its four keys.
-    pub fn single(kind: StrandKind, keys: [Vec4; 4]) -> Self {
-        let is_point = kind == StrandKind::Points;
-        let keys: Vec<[f32; 4]> = keys.iter().map(|key| key.to_array()).collect();
+    /// One segment or point as it is at a time.
+    pub fn at_time(&self, segment: u32, time: f32) -> Self {
+        let is_point = self.kind == StrandShape::Points;
+        let keys = self.keys_at(segment, time).map(|key| key.to_array());
         Self {
-            kind,
-            keys: vec![if is_point { vec![keys[1]] } else { keys }],
+            kind: self.kind,
+            keys: vec![if is_point {
+                vec![keys[1]]
+            } else {
+                keys.to_vec()
+            }],
             segments: if is_point { Vec::new() } else { vec![0] },
+            curves: if is_point {
+                Vec::new()
+            } else {
+                vec![self.curve_of(segment)]
+            },
+        }
+    }
+
+    /// The number of the curve that a segment is of, or of the point.
+    pub fn curve_of(&self, segment: u32) -> u32 {
+        match self.kind {
+            StrandShape::Points => segment,
+            _ => self.curves[segment as usize],
         }
     }
 
     /// What they look like.
-    pub fn kind(&self) -> StrandKind {
+    pub fn kind(&self) -> StrandShape {
         self.kind
     }
 
-    /// How many steps of time there are.
-    pub fn steps(&self) -> usize {
-        self.keys.len()
-    }
-
-    /// Bytes of the keys and of the numbers of segments.
+    /// Bytes of the keys and of the numbers of segments and curves.
     pub fn bytes(&self) -> usize {
-        self.keys.iter().map(|keys| keys.len() * 16).sum::<usize>() + self.segments.len() * 4
+        self.keys.iter().map(|keys| keys.len() * 16).sum::<usize>() + self.segments.len() * 8
     }
 
     /// The keys about a segment at a time, the segment from the second to the third; of a point four times the same.
@@ -131,7 +148,7 @@ impl StrandMesh {
 
     fn keys_of(&self, segment: u32, step: usize) -> [Vec4; 4] {
         let keys = &self.keys[step];
-        if self.kind == StrandKind::Points {
+        if self.kind == StrandShape::Points {
             return [Vec4::from(keys[segment as usize]); 4];
         }
         let first = self.segments[segment as usize] as usize;
@@ -139,8 +156,8 @@ impl StrandMesh {
     }
 
     /// Place and radius on a segment, and how they change along it.
-    pub fn on_curve(kind: StrandKind, [a, b, c, d]: [Vec4; 4], u: f32) -> (Vec4, Vec4) {
-        if !matches!(kind, StrandKind::Ribbon(_) | StrandKind::Round) {
+    pub fn on_curve(kind: StrandShape, [a, b, c, d]: [Vec4; 4], u: f32) -> (Vec4, Vec4) {
+        if !matches!(kind, StrandShape::Ribbon(_) | StrandShape::Round) {
             return (b + (c - b) * u, c - b);
         }
         // Catmull and Rom's uniform curve, of half the way between the neighbours at each key.
@@ -200,13 +217,13 @@ impl Scene {
         mask: u32,
     ) -> Result<u32, EmbreeError> {
         let kind = match strands.kind {
-            StrandKind::Ribbon(_) => sys::RTC_GEOMETRY_TYPE_FLAT_CATMULL_ROM_CURVE,
-            StrandKind::Round => sys::RTC_GEOMETRY_TYPE_ROUND_CATMULL_ROM_CURVE,
-            StrandKind::RoundLinear => sys::RTC_GEOMETRY_TYPE_ROUND_LINEAR_CURVE,
-            StrandKind::Points => sys::RTC_GEOMETRY_TYPE_SPHERE_POINT,
+            StrandShape::Ribbon(_) => sys::RTC_GEOMETRY_TYPE_FLAT_CATMULL_ROM_CURVE,
+            StrandShape::Round => sys::RTC_GEOMETRY_TYPE_ROUND_CATMULL_ROM_CURVE,
+            StrandShape::RoundLinear => sys::RTC_GEOMETRY_TYPE_ROUND_LINEAR_CURVE,
+            StrandShape::Points => sys::RTC_GEOMETRY_TYPE_SPHERE_POINT,
         };
         // The segment of a straight piece begins at the second of its four keys.
-        let skipped = usize::from(strands.kind == StrandKind::RoundLinear);
+        let skipped = usize::from(strands.kind == StrandShape::RoundLinear);
         let id = self.attach(kind, |geometry| {
             // SAFETY: the buffers live in `strands`, which this scene keeps; they are not changed any more. Each segment has four
             // keys from its first on, so that Embree reads none beyond the last; elements are 16 bytes, as Embree reads them.
@@ -224,7 +241,7 @@ impl Scene {
                         keys.len() - skipped,
                     );
                 }
-                if strands.kind != StrandKind::Points {
+                if strands.kind != StrandShape::Points {
                     sys::rtcSetSharedGeometryBuffer(
                         geometry,
                         sys::RTC_BUFFER_TYPE_INDEX,
@@ -236,7 +253,7 @@ impl Scene {
                         strands.segments.len(),
                     );
                 }
-                if let StrandKind::Ribbon(pieces) = strands.kind {
+                if let StrandShape::Ribbon(pieces) = strands.kind {
                     sys::rtcSetGeometryTessellationRate(geometry, f32::from(pieces.max(1)));
                 } else {
                     let data: *const StrandMesh = Arc::as_ptr(strands);
@@ -272,7 +289,7 @@ unsafe extern "C" fn round_filter(args: *const sys::RTCFilterFunctionNArguments)
         let direction = Vec3::new(r.dir_x, r.dir_y, r.dir_z);
         let outside = Vec3::new(h.Ng_x, h.Ng_y, h.Ng_z);
         let normal = outside.normalize_or(-direction.normalize_or_zero());
-        if strands.kind == StrandKind::Points {
+        if strands.kind == StrandShape::Points {
             if outside.dot(direction) > 0.0 {
                 *args.valid = 0;
                 return;
@@ -294,7 +311,7 @@ unsafe extern "C" fn round_filter(args: *const sys::RTCFilterFunctionNArguments)
             sine
         };
         // Cones lean, and the spheres at their ends; Cycles has what is bent at right angles to its curve.
-        let leans = strands.kind == StrandKind::RoundLinear;
+        let leans = strands.kind == StrandShape::RoundLinear;
         let lean = if leans {
             normal.dot(along.truncate().normalize_or_zero())
         } else {

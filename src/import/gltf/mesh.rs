@@ -214,7 +214,7 @@ pub(super) fn load_primitive(
         strands: None,
     };
     if let Some(strands) = attributes.strands {
-        (mesh.tangents, mesh.radial, mesh.normals) = (None, None, None);
+        (mesh.tangents, mesh.radial) = (None, None);
         strands.draw(document, &mut mesh, stroke.take(), budget)?;
     } else if stroke.is_none() {
         drop_unused_vertices(&mut mesh);

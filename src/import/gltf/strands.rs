@@ -92,6 +92,7 @@ impl StrandsSource {
                 .iter()
                 .map(|&[r]| if r > 0.0 && r.is_finite() { r } else { 0.0 })
                 .collect(),
+            normals: mesh.normals.take().unwrap_or_default(),
         });
         Ok(())
     }

@@ -68,11 +68,8 @@ impl FibrePlace {
         if self.axis != Vec3::ZERO && aspect != 1.0 {
             let axis = self.axis.cross(y).normalize_or_zero();
             x = y.cross(axis).try_normalize().or(x);
-            if aspect > 1.0 {
-                // The other axis is the greater one.
-                aspect = 1.0 / aspect;
-                x = x.and_then(|x| y.cross(x).try_normalize());
-            }
+            // As in Cycles, where the axes are turned twice: the greater one is the same.
+            aspect = aspect.min(1.0 / aspect);
         }
         let x = x.unwrap_or_else(|| Frame::from_normal(y).x);
         let frame = Frame {

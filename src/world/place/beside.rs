@@ -3,6 +3,7 @@
 use super::super::geometry::unit_or_zero;
 use super::super::view::to_blender;
 use super::{HitPoint, between};
+use crate::scene::RayKind;
 use crate::shading::closure::FibrePlace;
 use crate::shading::program::{Place, Strand};
 use glam::Vec3;
@@ -54,12 +55,14 @@ impl HitPoint<'_> {
         }
     }
 
-    /// Whether the ray meets the elliptic section of a fibre, and does not pass beside it.
+    /// Whether the ray meets the elliptic section of a fibre, and does not pass beside it. Rays of shadows do not: Cycles has how
+    /// much strands let through from their keys, at which all is seen in the middle.
     pub(super) fn is_on_fibre(&self, aspect: f32) -> bool {
         let strand = self.strand();
         let normal = self.side(self.outer_normal());
         let view = -self.asking.direction.normalize_or_zero();
-        !strand.is_strand || FibrePlace::of(&strand, normal).is_seen(aspect, view)
+        let is_middle = !strand.is_strand || self.asking.kind & RayKind::Shadow.bit() != 0;
+        is_middle || FibrePlace::of(&strand, normal).is_seen(aspect, view)
     }
 
     /// The place between corners; `turned` brings a vector of the mesh's space to theirs.

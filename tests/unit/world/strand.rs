@@ -15,6 +15,7 @@ fn two(shape: StrandShape) -> Mesh {
         strands: Some(Strands {
             shape,
             radii: vec![0.1; 6],
+            normals: Vec::new(),
         }),
         ..Mesh::default()
     }
@@ -132,19 +133,15 @@ fn uneven_scales_stretch_strands_across() {
 }
 
 #[test]
-fn curves_are_told_apart_by_where_they_begin() {
-    let mesh = Mesh {
-        triangles: [[0, 1], [1, 2], [3, 4], [5, 6], [6, 7]]
-            .map(|[a, b]| Strands::segment(a, b))
-            .to_vec(),
-        ..Mesh::default()
-    };
-    assert_eq!(mesh.curves(), [0, 0, 1, 2, 2]);
-    let mesh = Mesh {
-        triangles: [0, 1, 2].map(Strands::point).to_vec(),
-        ..Mesh::default()
-    };
-    assert_eq!(mesh.curves(), [0, 1, 2]);
+fn normals_of_curves_are_linear_between_keys() {
+    let mut mesh = two(StrandShape::Round);
+    let of = |mesh: &Mesh| StrandData::of((mesh, None), (&mesh.positions, &[])).unwrap();
+    assert_eq!(of(&mesh).unwrap().normal(2, 0.5), Vec3::ZERO);
+    mesh.strands.as_mut().unwrap().normals = (0..6).map(|i| [i as f32, 1.0, 0.0]).collect();
+    let data = of(&mesh).unwrap();
+    // From the fourth vertex to the fifth.
+    assert_eq!(data.normal(2, 0.25), Vec3::new(3.25, 1.0, 0.0));
+    assert_eq!(data.at_time(2, 0.0).normal(0, 0.25), data.normal(2, 0.25));
 }
 
 #[test]
@@ -159,6 +156,7 @@ fn points_are_spheres() {
         strands: Some(Strands {
             shape: StrandShape::Points,
             radii: vec![0.5, 1.0],
+            normals: Vec::new(),
         }),
         ..Mesh::default()
     };

@@ -176,7 +176,7 @@ impl PlaceInput {
         match *self {
             Self::IsRay(kinds) => kinds & !RayKind::Camera.bit() != 0,
             Self::RayDepth | Self::PathDepth(_) => true,
-            Self::IsSingularRay | Self::IsReflectionRay => true,
+            Self::IsSingularRay | Self::IsReflectionRay | Self::FibreCover(_) => true,
             _ => false,
         }
     }

@@ -2,7 +2,7 @@ use super::*;
 use crate::ffi::embree::{CommittedScene, Device, Ray};
 
 /// An upright strand of three keys, a tenth of a metre thick in radius.
-fn upright(kind: StrandKind) -> Arc<StrandMesh> {
+fn upright(kind: StrandShape) -> Arc<StrandMesh> {
     let keys = vec![[0.0, -1.0, 0.0], [0.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     let segments = [[0, 1], [1, 2]].into_iter();
     Arc::new(StrandMesh::new(kind, &[keys], &[0.1; 3], segments).unwrap())
@@ -26,10 +26,10 @@ fn ray(origin: [f32; 3], direction: [f32; 3]) -> Ray {
     }
 }
 
-const KINDS: [StrandKind; 3] = [
-    StrandKind::Ribbon(3),
-    StrandKind::Round,
-    StrandKind::RoundLinear,
+const KINDS: [StrandShape; 3] = [
+    StrandShape::Ribbon(3),
+    StrandShape::Round,
+    StrandShape::RoundLinear,
 ];
 
 #[test]
@@ -44,7 +44,7 @@ fn a_hit_says_where_it_lies_along_and_across() {
             let strands = upright(kind);
             let (at, _) = StrandMesh::on_curve(kind, strands.keys_at(hit.primitive, 0.0), hit.u);
             // Thirds of a curve whose second derivative is at most 2: chords are off by its h²/8.
-            let chords = if kind == StrandKind::Ribbon(3) {
+            let chords = if kind == StrandShape::Ribbon(3) {
                 1.0 / 36.0
             } else {
                 1e-4
@@ -53,7 +53,7 @@ fn a_hit_says_where_it_lies_along_and_across() {
             // Along y, seen from +z: across is +x.
             let (across, _) = StrandMesh::across_and_lean(hit.v);
             assert!((across - x * 10.0).abs() < 1e-3, "{kind:?} {x}: {}", hit.v);
-            let height = if kind == StrandKind::Ribbon(3) {
+            let height = if kind == StrandShape::Ribbon(3) {
                 0.0
             } else {
                 (0.01 - x * x).sqrt()
@@ -86,7 +86,7 @@ fn the_normal_across_turns_with_the_view() {
 
 #[test]
 fn tubes_are_met_from_within_on_their_far_side() {
-    for kind in [StrandKind::Round, StrandKind::RoundLinear] {
+    for kind in [StrandShape::Round, StrandShape::RoundLinear] {
         let scene = scene_of(&upright(kind));
         let (origin, direction) = (Vec3::new(0.0, 0.3, 0.05), Vec3::X);
         let inside = ray(origin.to_array(), direction.to_array());
@@ -132,7 +132,7 @@ fn instances_have_their_strands_by_their_own_space() {
 fn a_point_says_which_way_its_surface_faces() {
     let places = vec![[9.0, 9.0, 9.0], [1.0, 0.0, 0.0]];
     let segments = [[0, 0], [1, 1]].into_iter();
-    let points = StrandMesh::new(StrandKind::Points, &[places], &[0.1, 0.5], segments).unwrap();
+    let points = StrandMesh::new(StrandShape::Points, &[places], &[0.1, 0.5], segments).unwrap();
     let scene = scene_of(&Arc::new(points));
     let direction = Vec3::new(0.0, 0.0, -1.0);
     let hit = scene
@@ -156,7 +156,7 @@ fn keys_move_with_time() {
     let at = |z| vec![[0.0, -1.0, z], [0.0, 1.0, z]];
     let steps = [at(0.0), at(2.0)];
     let segments = std::iter::once([0, 1]);
-    let strands = StrandMesh::new(StrandKind::Round, &steps, &[0.1; 2], segments).unwrap();
+    let strands = StrandMesh::new(StrandShape::Round, &steps, &[0.1; 2], segments).unwrap();
     for (time, z) in [(0.0, 0.0), (0.25, 0.5), (1.0, 2.0)] {
         assert_eq!(strands.keys_at(0, time)[1], Vec4::new(0.0, -1.0, z, 0.1));
     }
@@ -177,13 +177,13 @@ fn several_curves_stand_apart() {
     // Two curves of three and of two keys; the second begins where the first does not end.
     let places: Vec<[f32; 3]> = [0.0, 1.0, 2.0, 7.0, 9.0].map(|x| [x, 0.0, 0.0]).to_vec();
     let segments = [[0, 1], [1, 2], [3, 4]].into_iter();
-    let strands = StrandMesh::new(StrandKind::Round, &[places], &[0.1; 5], segments).unwrap();
+    let strands = StrandMesh::new(StrandShape::Round, &[places], &[0.1; 5], segments).unwrap();
     let xs = |segment| strands.keys_at(segment, 0.0).map(|key| key.x);
     assert_eq!(xs(0), [0.0, 0.0, 1.0, 2.0]);
     assert_eq!(xs(1), [0.0, 1.0, 2.0, 2.0]);
     assert_eq!(xs(2), [7.0, 7.0, 9.0, 9.0]);
     // Straight and even: the middle lies in the middle.
-    let (at, along) = StrandMesh::on_curve(StrandKind::Round, strands.keys_at(1, 0.0), 0.5);
+    let (at, along) = StrandMesh::on_curve(StrandShape::Round, strands.keys_at(1, 0.0), 0.5);
     assert!(
         (at.x - 1.5625).abs() < 1e-6 && along.x > 0.0,
         "{at} {along}"
@@ -194,14 +194,15 @@ fn several_curves_stand_apart() {
 fn strands_refer_to_keys_that_are_there() {
     let places = vec![[0.0; 3]; 2];
     let segments = std::iter::once([0, 2]);
-    assert!(StrandMesh::new(StrandKind::Round, &[places], &[0.1; 2], segments).is_err());
+    assert!(StrandMesh::new(StrandShape::Round, &[places], &[0.1; 2], segments).is_err());
 }
 
 #[test]
 fn straight_tubes_lean_as_cones_and_end_in_spheres() {
     let keys = vec![[0.0, -1.0, 0.0], [0.0, 1.0, 0.0]];
     let segments = std::iter::once([0, 1]);
-    let strands = StrandMesh::new(StrandKind::RoundLinear, &[keys], &[0.5, 0.1], segments).unwrap();
+    let strands =
+        StrandMesh::new(StrandShape::RoundLinear, &[keys], &[0.5, 0.1], segments).unwrap();
     let scene = scene_of(&Arc::new(strands));
     let normal = |origin: [f32; 3], direction: Vec3| {
         let hit = scene.intersect(&ray(origin, direction.to_array())).unwrap();
@@ -216,4 +217,24 @@ fn straight_tubes_lean_as_cones_and_end_in_spheres() {
     // From above it is a sphere of a tenth of a metre about its end.
     let n = normal([0.06, 3.0, 0.0], -Vec3::Y);
     assert!(n.abs_diff_eq(Vec3::new(0.6, 0.8, 0.0), 5e-3), "{n}");
+}
+
+#[test]
+fn curves_are_told_apart_by_where_they_begin() {
+    let of = |shape, segments: &[[u32; 2]]| {
+        let places = vec![[0.0; 3]; 8];
+        let made = StrandMesh::new(shape, &[places], &[0.1; 8], segments.iter().copied()).unwrap();
+        (0..segments.len() as u32)
+            .map(|i| made.curve_of(i))
+            .collect::<Vec<_>>()
+    };
+    let found = of(
+        StrandShape::Round,
+        &[[0, 1], [1, 2], [3, 4], [5, 6], [6, 7]],
+    );
+    assert_eq!(found, [1, 1, 2, 3, 3]);
+    assert_eq!(
+        of(StrandShape::Points, &[[0, 0], [1, 1], [2, 2]]),
+        [0, 1, 2]
+    );
 }
