@@ -196,7 +196,7 @@ impl OnStrand {
 impl HitPoint<'_> {
     /// What shaders of hair ask about a place on a strand or a point. The strand's own number comes as an attribute.
     pub(super) fn strand_told(&self, on: &OnStrand) -> Strand {
-        let seed = self.u.to_bits() ^ self.v.to_bits().rotate_left(16);
+        let seed = self.seed();
         if on.tangent == Vec3::ZERO {
             let [tangent, second] = across(on.normal);
             return Strand {

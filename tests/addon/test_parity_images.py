@@ -372,6 +372,7 @@ class ImageParity(kit.ExportTest):
         tree.links.new(normal.outputs[0], half.inputs[0])
         tree.links.new(half.outputs[0], tree.nodes["Emission"].inputs["Color"])
 
+    @kit.long
     def test_normals(self):
         """Normal maps in all spaces, on what is smooth and scaled unevenly."""
         rng = numpy.random.default_rng(7)

@@ -122,6 +122,7 @@ class LightPasses(EngineTest):
         self.scene.cycles.volume_bounces = 3
         self.compare(["volume", "diffuse"], title="fog: ")
 
+    @kit.long
     def test_switches_of_caustics(self):
         """A rough mirror and rough glass before a floor, by each switch alone and by both."""
         for reflective, refractive in ((True, False), (False, True), (True, True)):

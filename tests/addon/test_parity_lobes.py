@@ -163,7 +163,17 @@ class Fibres(Beside):
     SAMPLES = 1024
 
     def test_fibres(self):
-        """Shaders of hair, on meshes: they follow the sides of triangles."""
+        """One of each shader of hair, on meshes: they follow the sides of triangles."""
+        s = Shaders()
+        for component in ("Reflection", "Transmission"):
+            s.alone(f"hair {component}", "BsdfHair", {"component": component}, Color=GOLD, RoughnessU=0.3, RoughnessV=0.6)
+        for model in ("CHIANG", "HUANG"):
+            s.alone(model, "BsdfHairPrincipled", {"model": model, "parametrization": "COLOR"}, Color=GOLD, Roughness=0.5, Offset=0.3)
+        self.compare(s)
+
+    @kit.long
+    def test_more_fibres(self):
+        """By all that their sockets change, and in a mix."""
         s = Shaders()
         for component in ("Reflection", "Transmission"):
             for u, v in ((0.3, 0.6), (0.6, 1.0)):
@@ -280,6 +290,7 @@ class Parity(Beside):
             tree.links.new(made.outputs[0], surface)
         self.compare(s, suns=False)
 
+    @kit.long
     def test_what_is_clear_in_mixes_and_sums(self):
         """With what scatters and what shines, side by side and one in the other."""
         s = Shaders()

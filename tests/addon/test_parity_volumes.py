@@ -125,6 +125,7 @@ class Volumes(Scenes):
         self.fill(self.cube(), "ShaderNodeVolumePrincipled", Density=0.5, **values)
         self.compare("hot gas")
 
+    @kit.long
     def test_overlap_in_a_haze(self):
         self.scene.cycles.volume_bounces = 2
         self.fill(self.cube(), "ShaderNodeVolumeScatter", Color=(0.9, 0.2, 0.2, 1), Density=1.0)

@@ -291,6 +291,7 @@ class Worlds(Nodes):
         self.scene.world.node_tree.links.new(mixed, surface)
         self.compare("sky that the camera does not see", samples=256)
 
+    @kit.long
     def test_discs(self):
         """The disc itself, pixel by pixel."""
         self.remove("matte", "glossy", "mirror")
@@ -402,6 +403,7 @@ class Lights(Nodes):
         self.feed(emission, strength=self.out("Math", "Value", {0: path, 1: 0.5}, operation="ADD"))
         self.compare_lamp("kinds of rays")
 
+    @kit.long
     def test_falloff_of_meshes(self):
         """A plane that shines by Light Falloff, and its light on a floor; the camera sees it through tinted glass."""
         bpy.ops.mesh.primitive_plane_add(size=1, location=(-0.5, 0, 2), rotation=(0.6, 0, 0))

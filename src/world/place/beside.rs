@@ -37,6 +37,11 @@ impl HitPoint<'_> {
         })
     }
 
+    /// Any number that differs from place to place.
+    pub(in crate::world) fn seed(&self) -> u32 {
+        self.u.to_bits() ^ self.v.to_bits().rotate_left(16)
+    }
+
     /// What shaders of hair are told of meshes, as Cycles has it.
     pub(super) fn strand_of_mesh(&self) -> Strand {
         let [p, q, r] = self.mesh_corners();
@@ -50,7 +55,7 @@ impl HitPoint<'_> {
         Strand {
             tangent: along(q - p),
             second: along(r - p),
-            seed: self.u.to_bits() ^ self.v.to_bits().rotate_left(16),
+            seed: self.seed(),
             ..Strand::NONE
         }
     }
