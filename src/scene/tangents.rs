@@ -57,12 +57,8 @@ impl Geometry for Corners<'_> {
 /// MikkTSpace works on single corners; afterwards corners of the same vertex with the same tangent
 /// become one vertex again. All indices of the mesh must be in range.
 ///
-/// A set of one point gives no tangents: normals stay as they are. The add-on writes such sets for maps that a mesh does not
-/// have, which Cycles treats so.
+/// Where coordinates span no area tangents are along x, as Cycles has them, or zero.
 pub fn compute(mesh: &mut Mesh, uv_set: usize) {
-    if mesh.uvs[uv_set].windows(2).all(|two| two[0] == two[1]) {
-        return;
-    }
     let mut corners = Corners {
         mesh,
         uv_set,
@@ -78,18 +74,11 @@ pub fn compute(mesh: &mut Mesh, uv_set: usize) {
     let tangents: Vec<[f32; 4]> = corners
         .tangents
         .iter()
-        .enumerate()
-        .map(|(i, tangent)| match tangent {
-            // The algorithm gives zeros, too, which are no direction.
+        .map(|tangent| match tangent {
             Some(t) if Vec3::new(t[0], t[1], t[2]).try_normalize().is_some() => *t,
-            // No tangent (degenerate UVs): any frame about the normal is as good.
-            _ => {
-                let normal = Vec3::from(corners.normal(i / 3, i % 3));
-                let tangent = normal
-                    .try_normalize()
-                    .map_or(Vec3::X, Vec3::any_orthonormal_vector);
-                [tangent.x, tangent.y, tangent.z, 1.0]
-            }
+            Some(_) => [0.0, 0.0, 0.0, 1.0],
+            // The paper's own code begins with that one, and the lesser sign.
+            None => [1.0, 0.0, 0.0, -1.0],
         })
         .collect();
 

@@ -616,9 +616,14 @@ fn clean_tangents(mesh: &mut Mesh, diagnostics: &mut Diagnostics) {
         return;
     };
     let mut replaced = false;
+    // Those that were made of coordinates may be none.
+    let may_be_none = mesh.tangent_set.is_some();
     for (i, tangent) in tangents.iter_mut().enumerate() {
         let [x, y, z, w] = *tangent;
         let t = Vec3::new(x, y, z);
+        if may_be_none && t == Vec3::ZERO {
+            continue;
+        }
         let sign = if w < 0.0 { -1.0 } else { 1.0 };
         let unit = match t.as_dvec3().try_normalize().filter(|_| t.is_finite()) {
             Some(_) if (t.length_squared() - 1.0).abs() <= UNIT_TOLERANCE => t,

@@ -250,7 +250,9 @@ class Corners(kit.ExportTest):
         self.near(self.attribute(self.export(), "TEXCOORD_0"), [(0.25, 0.875)] * 4)
         # Cycles reads a map that is not there as zero.
         mesh.materials[0] = self.with_uv("nothing")
-        self.near(self.attribute(self.export(), "TEXCOORD_0"), [(0, 1)] * 4)
+        found = self.export()
+        self.near(self.attribute(found, "TEXCOORD_0"), [(0, 1)] * 4)
+        self.assertEqual(self.primitive(found)["extensions"]["SUNDOG_mesh"]["absent_uvs"], [0])
         self.assertEqual(made.data.uv_layers.active.name, "other")
 
     def test_no_uv_map_where_no_texture_is(self):

@@ -3,6 +3,7 @@
 
 import bpy
 import export_kit as kit
+import numpy
 
 SIZE = 32
 
@@ -75,6 +76,33 @@ class SteepBumps(kit.ExportTest):
                 continue
             plane.data.materials[0] = self.shader(kind, 0.5, slope)
             self.check(f"{kind[14:]}, {'a tilted map' if slope else 'no map'}", 0.008)
+
+    def test_normal_maps_of_coordinates_without_area(self):
+        """Tangents are then along x; a mesh of modifiers without a map has those about a ball."""
+        self.lamp.energy = 0
+        sun = bpy.data.lights.new("sun", "SUN")
+        sun.energy = 3
+        self.link("sun", sun, rotation_euler=(0.9, 0.2, 0))
+        material = self.shader("ShaderNodeBsdfDiffuse", None, (1, 0, 1, 1))
+        bpy.ops.mesh.primitive_uv_sphere_add(segments=16, ring_count=8)
+        ball = bpy.context.object
+        ball.data.shade_smooth()
+        ball.data.materials.append(material)
+        coordinates = numpy.zeros((len(ball.data.loops), 2), numpy.float32)
+        for words in ("a point", "a line"):
+            ball.data.uv_layers[0].data.foreach_set("uv", coordinates.reshape(-1))
+            self.check(words, 0.003, (False,), 128)
+            coordinates[:, 0] = numpy.linspace(0, 1, len(coordinates))
+        bpy.data.objects.remove(ball)
+        bones = bpy.data.meshes.new("bones")
+        # No vertex lies on the ball's seam, where rounding decides.
+        bones.from_pydata([(-0.8, 0, 0.2), (0.17, 0, 0.4), (0.8, 0.3, 0)], [(0, 1), (1, 2)], [])
+        bones.uv_layers.new()
+        bones.materials.append(material)
+        shown = self.link("skin", bones)
+        for kind in ("SKIN", "SUBSURF"):
+            shown.modifiers.new(kind, kind)
+        self.check("a mesh of modifiers", 0.006, (False,), 128)
 
     def test_normal_maps_between_normals_that_spread(self):
         """The lid of a cylinder without sharp edges: its normal is far from unit length before it is normalised, as it is from 5.1 on."""

@@ -104,7 +104,10 @@ fn check(scene: &Scene) {
             );
         }
         for [x, y, z, w] in mesh.tangents.iter().flatten() {
-            assert!((x * x + y * y + z * z - 1.0).abs() < 1e-3 && w.abs() == 1.0);
+            let square = x * x + y * y + z * z;
+            // Those that are made of damaged coordinates may be none.
+            assert!((square - 1.0).abs() < 1e-3 || square == 0.0 && mesh.tangent_set.is_some());
+            assert!(w.abs() == 1.0);
         }
         assert!(mesh.normals.as_ref().is_none_or(|n| n.len() == count));
         assert!(mesh.tangents.as_ref().is_none_or(|t| t.len() == count));

@@ -11,6 +11,7 @@ import json
 import os
 import struct
 
+import bpy
 import numpy
 
 from . import colorspace, gltf, images, object_info
@@ -104,6 +105,17 @@ def uv_layer(mesh, name):
     return next((layer for layer in mesh.uv_layers if layer.active_render), None)
 
 
+def absent_uvs(mesh, demand):
+    """Numbers of the sets that stand for UV maps that a mesh does not have: Cycles has no tangents of them."""
+
+    def is_there(name):
+        if name == OR_SPHERE and not mesh.uv_layers:
+            return True
+        return uv_layer(mesh, name) is not None or bool(name) and name in mesh.attributes
+
+    return [number for number, name in enumerate(demand.uvs) if not is_there(name)]
+
+
 def on_sphere(positions):
     """Coordinates of points on a sphere about the origin, as Cycles maps them."""
     x, y, z = positions.T
@@ -112,6 +124,16 @@ def on_sphere(positions):
     u = numpy.where(away & ((x != 0) | (y != 0)), 0.5 - numpy.arctan2(x, y) / (2 * numpy.pi), 0)
     v = numpy.where(away, 1 - numpy.arccos(numpy.clip(z / numpy.where(away, length, 1), -1, 1)) / numpy.pi, 0)
     return numpy.stack([u, v], axis=1).astype(numpy.float32)
+
+
+# Whether a face goes on over the seam of the sphere in Cycles.
+GOES_ON_OVER_SEAMS = bpy.app.version >= (5, 0, 0)
+
+
+def go_on_over_seams(u, starts):
+    """Lets coordinates around a sphere go on beyond 0 and 1 in faces that lie across its seam, from their first corners."""
+    first = numpy.repeat(u[starts], numpy.diff(numpy.append(starts, len(u))))
+    u -= numpy.round(u - first)
 
 
 FIELDS = {
@@ -239,6 +261,8 @@ class Raw:
             elif name == OR_SPHERE:
                 if not mesh.uv_layers:
                     self.uvs[name] = on_sphere(self.positions)[self.corner_vertices]
+                    if GOES_ON_OVER_SEAMS:
+                        go_on_over_seams(self.uvs[name][:, 0], self.polygon_starts)
             elif (found := _color(mesh, name, 3) if name else None) is not None:
                 # Coordinates by an attribute: those of geometry nodes may be of any kind. Images see the first two.
                 domain, values = found

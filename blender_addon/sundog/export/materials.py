@@ -29,6 +29,9 @@ UNRENDERED = {
 # them, and of an image of 16384 × 8192 they took minutes.
 STAND_IN = 1024
 
+# Modifiers that make another mesh, which may have no UV map.
+REMADE = {"NODES", "OCEAN", "REMESH", "SKIN", "VOLUME_TO_MESH"}
+
 
 class Exported:
     """A glTF material: index in the document, what it needs of meshes, findings, whether it reads what Object Info tells, and
@@ -192,9 +195,12 @@ class Writer:
 
     @functools.cached_property
     def _bare(self):
-        """Materials of meshes that have no UV map."""
-        meshes = [thing for thing in bpy.data.objects if thing.type in {"MESH", "META"}]
-        bare = [thing for thing in meshes if not getattr(thing.data, "uv_layers", None)]
+        """Materials of meshes that have no UV map, or may have none once their modifiers have made other meshes of them."""
+
+        def may_be(thing):
+            return not getattr(thing.data, "uv_layers", None) or any(m.type in REMADE for m in thing.modifiers)
+
+        bare = [thing for thing in bpy.data.objects if thing.type in {"MESH", "META"} and may_be(thing)]
         return {slot.material for thing in bare for slot in thing.material_slots if slot.material is not None}
 
     def _graph(self, material, reader, uvs, color, is_closed):

@@ -401,6 +401,11 @@ class Exporter:
             if "_VERTEX" in primitive["attributes"]:
                 extensions = primitive.setdefault("extensions", {})
                 extensions.setdefault(self.document.uses("SUNDOG_mesh"), {})["vertices"] = "_VERTEX"
+        for primitive, found in zip(primitives, stored.layout["primitives"]):
+            absent = geometry.absent_uvs(mesh, exported[found["slot"]].demand)
+            if absent:
+                extensions = primitive.setdefault("extensions", {})
+                extensions.setdefault(self.document.uses("SUNDOG_mesh"), {})["absent_uvs"] = absent
         for primitive in primitives if steps else ():
             extensions = primitive.setdefault("extensions", {})
             described = extensions.setdefault(self.document.uses("SUNDOG_mesh"), {})

@@ -197,6 +197,9 @@ pub(super) struct SundogMesh {
     pub grids: Vec<GridJson>,
     #[serde(default)]
     pub density_by_object: bool,
+    /// Sets of texture coordinates that stand for maps that it does not have.
+    #[serde(default)]
+    pub absent_uvs: Vec<u32>,
     pub strands: Option<StrandsJson>,
     #[serde(flatten)]
     pub unknown: Map<String, Value>,

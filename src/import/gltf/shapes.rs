@@ -156,6 +156,7 @@ fn load_mesh(
             diagnostics,
         );
         let (mut motion, mut grids, mut strands) = (Vec::new(), None, None);
+        let mut absent_uvs = Vec::new();
         let (texture_space, generated, vertices) = match document.extension(&pointer, "SUNDOG_mesh")
         {
             None => (None, None, None),
@@ -170,6 +171,7 @@ fn load_mesh(
                 };
                 let vertices = named(&extension.vertices).zip(u32::try_from(index).ok());
                 let told = (&*extension.grids, extension.density_by_object);
+                absent_uvs = extension.absent_uvs;
                 grids = grids::load(document, told, &object, budget, diagnostics)?;
                 if let Some(json) = &extension.strands {
                     let radius = named(&Some(json.radius.clone()));
@@ -221,6 +223,7 @@ fn load_mesh(
             vertices,
             motion,
             grids,
+            absent_uvs,
             strands,
         };
         let material = key(document, &pointer, primitive);

@@ -1,4 +1,5 @@
 use super::*;
+use crate::scene::{Diagnostics, Scene};
 
 /// A quad in the xy plane whose u runs along +x and whose v (downwards) along −y.
 fn quad() -> Mesh {
@@ -47,13 +48,9 @@ fn mirrored_texture_coordinates_split_vertices_and_flip_the_sign() {
 }
 
 #[test]
-fn flat_meshes_and_degenerate_coordinates_get_unit_tangents() {
+fn flat_meshes_get_unit_tangents() {
     let mut mesh = quad();
     mesh.normals = None;
-    // One point for the corners of one triangle.
-    let [a, b, c] = mesh.triangles[0].map(|corner| corner as usize);
-    let uvs = &mut mesh.uvs[0];
-    (uvs[b], uvs[c]) = (uvs[a], uvs[a]);
     compute(&mut mesh, 0);
     for t in mesh.tangents.as_ref().unwrap() {
         let length = (t[0] * t[0] + t[1] * t[1] + t[2] * t[2]).sqrt();
@@ -61,11 +58,35 @@ fn flat_meshes_and_degenerate_coordinates_get_unit_tangents() {
     }
 }
 
-/// As of a map that the mesh does not have: normals stay.
+/// A point, and a line.
 #[test]
-fn one_point_for_all_corners_gives_no_tangents() {
+fn coordinates_without_area_give_tangents_along_x() {
+    for uv in [|_| [0.3, 1.0], |[u, _]: [f32; 2]| [u, 1.0]] {
+        let mut mesh = quad();
+        mesh.uvs[0] = mesh.uvs[0].iter().map(|&at| uv(at)).collect();
+        compute(&mut mesh, 0);
+        assert_eq!(mesh.tangents.unwrap(), [[1.0, 0.0, 0.0, -1.0]; 4]);
+    }
+}
+
+/// As the sum of tangents of a group may be.
+#[test]
+fn tangents_of_coordinates_may_be_zero() {
     let mut mesh = quad();
-    mesh.uvs[0] = vec![[0.0, 1.0]; 4];
     compute(&mut mesh, 0);
-    assert!(mesh.tangents.is_none());
+    mesh.tangents.as_mut().unwrap()[1] = [0.0, 0.0, 0.0, 1.0];
+    let clean = |mesh: &Mesh| {
+        let mut scene = Scene {
+            meshes: vec![mesh.clone()],
+            ..Scene::default()
+        };
+        let mut diagnostics = Diagnostics::default();
+        crate::scene::validate::clean(&mut scene, &mut diagnostics);
+        let tangents = scene.meshes.remove(0).tangents.unwrap();
+        (tangents[1][..3] == [0.0; 3], diagnostics.is_empty())
+    };
+    assert_eq!(clean(&mesh), (true, true));
+    // A file's own are replaced, which is told.
+    mesh.tangent_set = None;
+    assert_eq!(clean(&mesh), (false, false));
 }
