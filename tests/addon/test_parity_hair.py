@@ -12,6 +12,8 @@ import strand_kit
 SIZE = 64
 BLOCK = 8
 SAMPLES = 256
+# What shines has no noise but that of its edges.
+FEW = 64
 # Greatest differences: of the mean, and of a block's mean relative to that of the picture.
 MEAN, WORST = 0.004, 0.04
 
@@ -91,7 +93,7 @@ class Hair(kit.ExportTest):
     def test_radius(self):
         for shape, closes in ((-0.7, False), (0.7, True)):
             shown = self.hairy(strand_kit.shining((1, 1, 1, 1)), shape=shape, use_close_tip=closes)
-            self.compare(f"radius {shape}")
+            self.compare(f"radius {shape}", samples=FEW)
             bpy.data.objects.remove(shown)
 
     def test_spirals_beside_other_hair(self):
@@ -107,20 +109,20 @@ class Hair(kit.ExportTest):
             if output in strand_kit.outputs_of("ShaderNodeHairInfo"):
                 scale = 20 if output == "Thickness" else 1
                 shown.data.materials[0] = strand_kit.telling("ShaderNodeHairInfo", output, scale)
-                self.compare(output)
+                self.compare(output, samples=FEW)
 
     def test_coordinates(self):
         shown = self.hairy(None)
         for output in ("Generated", "UV", "Object"):
             shown.data.materials[0] = strand_kit.telling("ShaderNodeTexCoord", output)
-            self.compare(output)
+            self.compare(output, samples=FEW)
 
     def test_colors_at_roots(self):
         shown = self.hairy(None)
         strand_kit.paint(shown.data, "painted")
         for name in ("painted", "none", ""):
             shown.data.materials[0] = strand_kit.telling("ShaderNodeVertexColor", "Color", layer_name=name)
-            self.compare(f"color {name}")
+            self.compare(f"color {name}", samples=FEW)
 
     def test_curves(self):
         self.check_curves("CATMULL_ROM")
@@ -156,7 +158,7 @@ class Hair(kit.ExportTest):
             ("ShaderNodeHairInfo", "Intercept", {}), ("ShaderNodeHairInfo", "Length", {}),
         ):  # fmt: skip
             shown.data.materials[0] = strand_kit.telling(node, output, **properties)
-            self.compare(f"{output} {properties}")
+            self.compare(f"{output} {properties}", samples=FEW)
 
     def test_points(self):
         bpy.data.objects.remove(self.pointed(strand_kit.diffuse((0.7, 0.5, 0.3, 1)), "points"))
@@ -164,12 +166,12 @@ class Hair(kit.ExportTest):
             ("ShaderNodePointInfo", "Position", {}), ("ShaderNodePointInfo", "Radius", {}), ("ShaderNodePointInfo", "Random", {}),
             ("ShaderNodeTexCoord", "Generated", {}), ("ShaderNodeAttribute", "Color", {"attribute_name": "shade"}),
         ):  # fmt: skip
-            bpy.data.objects.remove(self.pointed(strand_kit.telling(node, output, **properties), f"points {output}"))
+            bpy.data.objects.remove(self.pointed(strand_kit.telling(node, output, **properties), f"points {output}", FEW))
 
-    def pointed(self, material, name):
+    def pointed(self, material, name, samples=SAMPLES):
         """Compares points of a material; returns the object."""
         shown = strand_kit.points(self.scene, material)
-        self.compare(name)
+        self.compare(name, samples=samples)
         return shown
 
     def test_instances(self):
