@@ -399,17 +399,13 @@ class Exporter:
             primitive["extensions"] = {self.document.uses("SUNDOG_mesh"): described}
         for primitive in primitives:
             if "_VERTEX" in primitive["attributes"]:
-                extensions = primitive.setdefault("extensions", {})
-                extensions.setdefault(self.document.uses("SUNDOG_mesh"), {})["vertices"] = "_VERTEX"
+                self._own_part(primitive)["vertices"] = "_VERTEX"
         for primitive, found in zip(primitives, stored.layout["primitives"]):
             absent = geometry.absent_uvs(mesh, exported[found["slot"]].demand)
             if absent:
-                extensions = primitive.setdefault("extensions", {})
-                extensions.setdefault(self.document.uses("SUNDOG_mesh"), {})["absent_uvs"] = absent
+                self._own_part(primitive)["absent_uvs"] = absent
         for primitive in primitives if steps else ():
-            extensions = primitive.setdefault("extensions", {})
-            described = extensions.setdefault(self.document.uses("SUNDOG_mesh"), {})
-            described["motion"] = [_step(primitive["attributes"], number) for number in range(len(steps))]
+            self._own_part(primitive)["motion"] = [_step(primitive["attributes"], number) for number in range(len(steps))]
         return self._add_mesh(mesh.name, primitives, exported)
 
     def _exported(self, material, grids_of=None):
@@ -418,6 +414,10 @@ class Exporter:
         if material is not None:
             self.verdicts.extend("material", material.name_full, exported.findings + self._clear_glass(exported.index))
         return exported
+
+    def _own_part(self, primitive):
+        """SUNDOG_mesh of a primitive, which may have some of it."""
+        return primitive.setdefault("extensions", {}).setdefault(self.document.uses("SUNDOG_mesh"), {})
 
     def _primitives(self, stored, exported):
         """The primitives of what is in a file of the cache. `exported`: the materials by slot."""

@@ -97,21 +97,16 @@ impl StrandMesh {
 
     /// One segment or point as it is at a time.
     pub fn at_time(&self, segment: u32, time: f32) -> Self {
-        let is_point = self.kind == StrandShape::Points;
         let keys = self.keys_at(segment, time).map(|key| key.to_array());
+        let (keys, segments, curves) = match self.kind {
+            StrandShape::Points => (vec![keys[1]], Vec::new(), Vec::new()),
+            _ => (keys.to_vec(), vec![0], vec![self.curve_of(segment)]),
+        };
         Self {
             kind: self.kind,
-            keys: vec![if is_point {
-                vec![keys[1]]
-            } else {
-                keys.to_vec()
-            }],
-            segments: if is_point { Vec::new() } else { vec![0] },
-            curves: if is_point {
-                Vec::new()
-            } else {
-                vec![self.curve_of(segment)]
-            },
+            keys: vec![keys],
+            segments,
+            curves,
         }
     }
 

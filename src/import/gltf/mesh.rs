@@ -58,8 +58,6 @@ pub(super) struct Attributes<'a> {
     pub motion: Vec<(usize, Option<usize>)>,
     /// Grids of what fills it.
     pub grids: Option<Arc<Grids>>,
-    /// Sets of texture coordinates that stand for maps that it does not have: they give no tangents.
-    pub absent_uvs: Vec<u32>,
     /// It is drawn as strands or points.
     pub strands: Option<StrandsSource>,
 }
@@ -220,12 +218,7 @@ pub(super) fn load_primitive(
         strands.draw(document, &mut mesh, stroke.take(), budget)?;
     } else if stroke.is_none() {
         drop_unused_vertices(&mut mesh);
-        complete_for_material(
-            &mut mesh,
-            (material, &attributes.absent_uvs),
-            budget,
-            diagnostics,
-        )?;
+        complete_for_material(&mut mesh, material, budget, diagnostics)?;
     } else {
         // Their surfaces have none.
         (mesh.tangents, mesh.radial, mesh.generated) = (None, None, None);
@@ -402,14 +395,13 @@ fn triangles(
 /// Calculates tangents that the material needs and the file does not have, and says which texture coordinates are missing.
 fn complete_for_material(
     mesh: &mut Mesh,
-    (material, absent_uvs): (PrimitiveMaterial, &[u32]),
+    material: PrimitiveMaterial,
     budget: &Budget,
     diagnostics: &mut Diagnostics,
 ) -> Result<(), String> {
     let name = mesh.name.clone();
     if let Some((set, effect)) = material.tangents
         && mesh.tangents.is_none()
-        && !absent_uvs.contains(&set)
     {
         if mesh.uvs.len() > set as usize {
             // Corners come apart before they are welded again: three full vertices a triangle.

@@ -223,7 +223,6 @@ fn load_mesh(
             vertices,
             motion,
             grids,
-            absent_uvs,
             strands,
         };
         let material = key(document, &pointer, primitive);
@@ -236,7 +235,11 @@ fn load_mesh(
             asks_before: false,
             brightest: Some([1.0; 3]),
         };
-        let material = materials.get(&material).copied().unwrap_or(none);
+        let mut material = materials.get(&material).copied().unwrap_or(none);
+        // Of a map that is not there there are no tangents.
+        material.tangents = material
+            .tangents
+            .filter(|(set, _)| !absent_uvs.contains(set));
         let loaded = mesh::load_primitive(
             document,
             &name,

@@ -63,11 +63,13 @@ impl HitPoint<'_> {
     /// Whether the ray meets the elliptic section of a fibre, and does not pass beside it. Rays of shadows do not: Cycles has how
     /// much strands let through from their keys, at which all is seen in the middle.
     pub(super) fn is_on_fibre(&self, aspect: f32) -> bool {
+        if self.asking.kind & RayKind::Shadow.bit() != 0 {
+            return true;
+        }
         let strand = self.strand();
         let normal = self.side(self.outer_normal());
         let view = -self.asking.direction.normalize_or_zero();
-        let is_middle = !strand.is_strand || self.asking.kind & RayKind::Shadow.bit() != 0;
-        is_middle || FibrePlace::of(&strand, normal).is_seen(aspect, view)
+        !strand.is_strand || FibrePlace::of(&strand, normal).is_seen(aspect, view)
     }
 
     /// The place between corners; `turned` brings a vector of the mesh's space to theirs.
