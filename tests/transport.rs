@@ -195,7 +195,7 @@ fn no_ray_hits_the_triangle_that_it_leaves() {
                     direction,
                     (0.0, f32::INFINITY),
                     RayKind::Camera,
-                    || 0,
+                    (&sampler, 0),
                 ) else {
                     escapes += 1;
                     break;

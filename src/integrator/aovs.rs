@@ -6,12 +6,12 @@
 //! know nothing of it.
 
 use super::PathSettings;
-use super::path::KernelBsdf;
+use super::path::{KernelBsdf, numbers_behind};
 use crate::camera::CameraRay;
 use crate::effects::General;
 use crate::math::average;
 use crate::math::float::{RAY_START, ray_origin};
-use crate::sampler::{Dimension, Sampler, hashed};
+use crate::sampler::Sampler;
 use crate::world::{Asking, RayKind, Scratch, Sender, Surface, Wanted, World};
 use glam::{Vec2, Vec3};
 
@@ -57,8 +57,7 @@ pub fn add_aovs(
             world.surface::<General>(&hit, (origin, asking), Wanted::Lobes, &mut scratch);
         let share = average(passes);
         let others = rest * scattered(settings, direction, &mut surface);
-        let key = sampler.key(Dimension::Opacity, 0);
-        let drawn = hashed(key.wrapping_add(passed), hit.primitive, hit.object());
+        let drawn = numbers_behind(sampler, 0, passed).z;
         if drawn * (share + others) >= share {
             return passed + 1;
         }

@@ -1,13 +1,13 @@
 //! What the ray through a pixel's middle meets: depth, position and indices, and other passes of data on request.
 
 use super::aovs::MOST_PASSED;
-use super::path::{Tinted, tinted};
+use super::path::{Tinted, numbers_behind, tinted};
 use crate::camera::CameraRay;
 use crate::effects::General;
 use crate::film::objects::FirstObject;
 use crate::film::pixel::CenterSample;
 use crate::math::float::RAY_START;
-use crate::sampler::{Dimension, Sampler};
+use crate::sampler::Sampler;
 use crate::world::{Asking, Hit, Passage, RayKind, Scratch, Sender, Wanted, World};
 use glam::{Vec2, Vec3};
 
@@ -54,8 +54,8 @@ fn first_hit(world: &World, sampler: &Sampler, ray: &CameraRay) -> Option<(Vec3,
     };
     let (mut within, mut passage) = (world.media_at_camera(), Passage::default());
     for passed in 0..MOST_PASSED {
-        let key = || sampler.key(Dimension::Opacity, 0);
-        let hit = world.intersect::<General>(origin, ray.direction, span, sender, key)?;
+        let numbers = (sampler, 0);
+        let hit = world.intersect::<General>(origin, ray.direction, span, sender, numbers)?;
         if world.is_holdout(&hit) {
             return None;
         }
@@ -74,9 +74,9 @@ fn first_hit(world: &World, sampler: &Sampler, ray: &CameraRay) -> Option<(Vec3,
             return Some((origin, hit));
         }
         let asking = Asking::of(&sender, ray.direction, &hit);
-        let place = (sampler, 0, passed);
-        match tinted::<General>(world, &hit, (origin, asking), place) {
-            Tinted::Stops(_) => return Some((origin, hit)),
+        let numbers = numbers_behind(sampler, 0, passed);
+        match tinted::<General>(world, &hit, (origin, asking), numbers) {
+            Tinted::Stops(..) => return Some((origin, hit)),
             Tinted::Passes(_, next, _) => {
                 sender.walked += hit.distance;
                 (origin, span) = (next, (RAY_START, f32::INFINITY));

@@ -13,7 +13,7 @@ mod start;
 mod wide;
 
 pub use onward::behind;
-pub(super) use onward::{Tinted, tinted};
+pub(super) use onward::{Tinted, numbers_behind, tinted};
 
 use super::accumulator::Accumulator;
 use super::direct::Vertex;
@@ -167,6 +167,10 @@ struct Beside {
     /// Portals that it has come to, and whether it goes on behind the last.
     portals: u32,
     is_through: bool,
+    /// A bounce, and the surfaces that the path has passed by a choice since.
+    tints: (u32, u32),
+    /// Of the numbers that have stopped it at its surface: for what it does there.
+    left_over: Option<Vec3>,
 }
 
 /// A path on its way.
@@ -242,6 +246,8 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         left: None,
         portals: 0,
         is_through: false,
+        tints: (0, 0),
+        left_over: None,
     };
     if E::EVERYTHING
         && let Some(spectrum) = world.spectrum()
@@ -559,7 +565,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
     /// Draws the next direction.
     #[inline(always)]
     fn sample(&mut self, bsdf: &KernelBsdf<E>, sampler: &Sampler) -> Option<BsdfSample> {
-        let u = sampler.triple(Dimension::Bsdf, self.bounce);
+        let u = self.numbers(sampler);
         // In the general kernel alone: the choice costs half a percent of the instructions.
         let drawn = if E::EVERYTHING && self.settings.uniform {
             bsdf.sample_uniform(u)

@@ -263,8 +263,15 @@ impl Sampler {
         coordinates(key, [self.shuffled(key) as u32, 0, 0]).x
     }
 
-    /// A key for decisions that a path takes an unknown number of times between two bounces
-    /// (opacity of what a ray passes): to be hashed with what is hit.
+    /// A number in [0, 1) for a decision about something, which is told apart by two words: each has a sequence of its own, so
+    /// that a pixel's samples spread their decisions about the same thing evenly.
+    pub fn about(&self, dimension: Dimension, bounce: u32, (a, b): (u32, u32)) -> f32 {
+        let key = joined(self.sequence_key(dimension, bounce), a, b);
+        coordinates(key, [self.shuffled(key) as u32, 0, 0]).x
+    }
+
+    /// A key for decisions that a path takes an unknown number of times between two bounces, and that no two samples share:
+    /// to be hashed with what is hit.
     ///
     /// A call, as few rays need it: where it is inlined, a part of it is calculated for all.
     #[inline(never)]
@@ -277,9 +284,12 @@ impl Sampler {
 
 /// A number in [0, 1) from a key and what was hit.
 pub fn hashed(key: u32, a: u32, b: u32) -> f32 {
-    unit(mix32(
-        mix32(key ^ a.wrapping_mul(0x85eb_ca6b)) ^ b.wrapping_mul(0xc2b2_ae35),
-    ))
+    unit(joined(key, a, b))
+}
+
+/// A key from a key and what was hit.
+fn joined(key: u32, a: u32, b: u32) -> u32 {
+    mix32(mix32(key ^ a.wrapping_mul(0x85eb_ca6b)) ^ b.wrapping_mul(0xc2b2_ae35))
 }
 
 /// 24 bits of a word as a float: of 24 digits too, so that it is at most [`ONE_MINUS_EPSILON`].

@@ -6,7 +6,7 @@ use crate::effects::Matte;
 use crate::ffi::embree::Hit;
 use crate::math::{BOX_SIDES, Frame, float, warp};
 use crate::render::RenderError;
-use crate::sampler::hashed;
+use crate::sampler::{Sequence, hashed};
 use crate::scene::{Mesh, RayKind, Scene};
 use crate::world::{Asking, Scratch, Wanted, World};
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec2, Vec3};
@@ -40,7 +40,9 @@ const FOREVER: (f32, f32) = (float::RAY_START, f32::INFINITY);
 
 /// The nearest hit of a ray.
 pub fn meet(world: &World, origin: Vec3, direction: Vec3) -> Option<Hit> {
-    world.intersect::<Matte>(origin, direction, FOREVER, RayKind::Diffuse, || 0)
+    // Nothing here lets light pass: no number is drawn.
+    let numbers = Sequence::new(0).sampler(0, 0, 0);
+    world.intersect::<Matte>(origin, direction, FOREVER, RayKind::Diffuse, (&numbers, 0))
 }
 
 /// What became of rays that should have stayed inside.

@@ -5,7 +5,7 @@
 
 mod lamps;
 
-use super::passing::{Share, shadow_ray};
+use super::passing::{Share, parts, shadow_ray};
 use super::{Hit, RayKind, Sender, Source, Surface, World};
 use crate::effects::General;
 use crate::ffi::embree::Ray;
@@ -186,8 +186,11 @@ impl World {
         sender: &Sender,
     ) -> Option<Hit> {
         let lids = self.lids(at, (direction, sender.kind, sender.time), key);
-        lids.into_iter()
-            .find(|lid| Self::stops(lid, self.opacity::<General>(lid, direction, sender), key))
+        lids.into_iter().find(|lid| {
+            let (a, b) = parts(lid);
+            let opacity = self.opacity::<General>(lid, direction, sender);
+            Self::stops(opacity, || sampler::hashed(key, a, b))
+        })
     }
 
     /// A lamp that was drawn, if it lies in the plane of a face.

@@ -188,6 +188,7 @@ impl Preparer {
                 && (summary.is_tinted
                     || glows_in_passing
                     || asks_paths(&programs)
+                    || is_blended(&programs) && !summary.lets_all_pass
                     || has_portal
                     || m.medium.is_some()
                     || m.priority.is_some()),
@@ -217,6 +218,13 @@ fn asks_paths(programs: &Programs) -> bool {
         let counted = PlaceInput::PathDepth(PathDepth::Transparent);
         opacity.program.traces() || opacity.program.place_inputs().contains(&counted)
     })
+}
+
+/// Whether something else than images tells the opacity: it is seldom 0 or 1. Paths stop there, and choose between what passes and
+/// what each lobe takes by one number, whose samples are spread evenly.
+fn is_blended(programs: &Programs) -> bool {
+    let opacity = programs.opacity.as_ref();
+    opacity.is_some_and(|opacity| opacity.program.textures().is_empty())
 }
 
 /// A portal of less weight is none, as in Cycles.

@@ -47,7 +47,6 @@ use crate::ffi::embree::{Device, Ray};
 use crate::light::emissive::Eye;
 use crate::light::{Drawn, LightSet};
 use crate::math::float;
-use crate::sampler;
 use crate::scene::{self, Scene};
 use crate::shading::Normals;
 use crate::shading::dispersion::Spectrum;

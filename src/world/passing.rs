@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::light::program::{LookingRay, ShinePoint};
+use crate::sampler::{Dimension, Sampler};
 
 /// A ray that looks for what takes the light.
 #[inline]
@@ -27,6 +28,18 @@ fn sent((origin, direction): (Vec3, Vec3), (near, far): (f32, f32), sender: &Sen
         mask: sender.kind.bit(),
         time: sender.time,
     }
+}
+
+/// The number of a path's bounce about what a ray meets.
+#[inline(never)]
+fn number(hit: &Hit, (sampler, bounce): (&Sampler, u32)) -> f32 {
+    sampler.about(Dimension::Opacity, bounce, parts(hit))
+}
+
+/// What tells a hit's surface from others.
+pub(super) fn parts(hit: &Hit) -> (u32, u32) {
+    let object = hit.geometry ^ hit.instance.unwrap_or(0).rotate_left(16);
+    (hit.primitive, object)
 }
 
 /// What is left of a shadow ray's light.
@@ -217,7 +230,7 @@ impl World {
     }
 
     /// The nearest surface that the ray does not pass. Blended surfaces are met with the
-    /// probability of their opacity, drawn from `key` and what is met, so that the order in which
+    /// probability of their opacity, by the numbers of a path's bounce about what is met, so that the order in which
     /// Embree asks does not matter.
     #[inline]
     pub fn intersect<'p, E: Features>(
@@ -226,16 +239,16 @@ impl World {
         direction: Vec3,
         (near, far): (f32, f32),
         sender: impl Into<Sender<'p>>,
-        key: impl FnOnce() -> u32,
+        numbers: (&Sampler, u32),
     ) -> Option<Hit> {
         let sender = sender.into();
         let ray = sent((origin, direction), (near, far), &sender);
         if !self.filters::<E>() {
             return self.nearest::<E>(&ray);
         }
-        let key = key();
         self.nearest_filtered::<E>(&ray, |hit| {
-            Self::stops(hit, self.opacity::<E>(hit, direction, &sender), key)
+            let opacity = self.opacity::<E>(hit, direction, &sender);
+            Self::stops(opacity, || number(hit, numbers))
         })
     }
 
@@ -272,12 +285,12 @@ impl World {
         direction: Vec3,
         (near, far): (f32, f32),
         sender: Sender,
-        key: impl FnOnce() -> u32,
+        numbers: (&Sampler, u32),
         left: u32,
     ) -> Intersection {
         let ray = sent((origin, direction), (near, far), &sender);
         if self.filters::<E>() {
-            return self.intersect_passing::<E>(&ray, direction, &sender, (key(), left));
+            return self.intersect_passing::<E>(&ray, direction, &sender, (numbers, left));
         }
         let hit = self.nearest::<E>(&ray);
         hit.map_or(Intersection::Nothing, |hit| Intersection::Surface(hit, 0))
@@ -290,14 +303,15 @@ impl World {
         ray: &Ray,
         direction: Vec3,
         sender: &Sender,
-        (key, left): (u32, u32),
+        (numbers, left): ((&Sampler, u32), u32),
     ) -> Intersection {
         let mut passed = Vec::new();
         let hit = self.nearest_filtered::<E>(ray, |hit| {
             if self.is_hidden(hit, direction) || self.is_left(hit, sender.past.left) {
                 return false;
             }
-            let stops = Self::stops(hit, self.opacity::<E>(hit, direction, sender), key);
+            let opacity = self.opacity::<E>(hit, direction, sender);
+            let stops = Self::stops(opacity, || number(hit, numbers));
             if !stops {
                 passed.push((hit.distance, hit.instance, hit.geometry, hit.primitive));
             }
@@ -319,16 +333,10 @@ impl World {
         })
     }
 
-    /// Whether a hit of this opacity stops a ray.
+    /// Whether something of this opacity stops a ray, by a number.
     #[inline]
-    pub(super) fn stops(hit: &Hit, opacity: f32, key: u32) -> bool {
-        opacity >= 1.0
-            || (opacity > 0.0
-                && sampler::hashed(
-                    key,
-                    hit.primitive,
-                    hit.geometry ^ hit.instance.unwrap_or(0).rotate_left(16),
-                ) < opacity)
+    pub(super) fn stops(opacity: f32, number: impl FnOnce() -> f32) -> bool {
+        opacity >= 1.0 || (opacity > 0.0 && number() < opacity)
     }
 
     /// Share of light that comes from `origin + direction · share` to `origin`, as a colour, 0..=1. Light that would

@@ -3,7 +3,6 @@
 use super::{Case, Effort, Finding};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use std::sync::atomic::{AtomicU32, Ordering};
-use sundog::effects::Matte;
 use sundog::import::{self, ImportOptions};
 use sundog::math::float;
 use sundog::render::{LightSampling, RenderError, RenderSettings};
@@ -17,7 +16,7 @@ use sundog::selftest::kit::{
     Bench, camera, colors, constant_environment, differing, diffuse, mean, place, prepared, quad,
     small, sphere,
 };
-use sundog::selftest::light_leaks::leaks;
+use sundog::selftest::light_leaks::{leaks, meet};
 
 /// The cases.
 pub const CASES: &[Case] = &[
@@ -279,10 +278,7 @@ fn slivers(effort: Effort) -> Result<Vec<Finding>, RenderError> {
             let number = |d| hashed(d, i, 21) - 0.5;
             let to = Vec3::new(2e3 * number(0), 0.00999 * number(1), -1.0);
             let from = Vec3::new(2.0 * number(2), number(3), 0.0);
-            let ends = (float::RAY_START, f32::INFINITY);
-            world
-                .intersect::<Matte>(from, to - from, ends, RayKind::Camera, || 0)
-                .is_none()
+            meet(&world, from, to - from).is_none()
         })
         .count() as u64;
     let picture = bench
@@ -592,8 +588,7 @@ fn one_triangle_and_millions(effort: Effort) -> Result<Vec<Finding>, RenderError
         let middle = (a + b + c) / 3.0;
         let inwards =
             ((b - a).cross(c - a)).normalize() * (b - a).length().max((c - a).length()) * -0.1;
-        let ends = (float::RAY_START, f32::INFINITY);
-        let hit = world.intersect::<Matte>(middle + inwards, -inwards, ends, RayKind::Camera, || 0);
+        let hit = meet(&world, middle + inwards, -inwards);
         wrong += u64::from(hit.is_none_or(|hit| u64::from(hit.primitive) != triangle));
     }
     findings.push(Finding::none("triangles of 1000 that were not met", wrong));

@@ -115,6 +115,8 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         for number in 0..branches {
             let sampler = self.sampler.part(number, branches);
             let mut beside = self.beside.clone();
+            // Each has a choice of its own.
+            beside.left_over = None;
             self.light.sink.branch(number);
             let mut light = Accumulator {
                 radiance: self.light.radiance,

@@ -303,7 +303,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
 
     /// Goes on from a point of a medium, so far from where the ray began; whether the path has not ended.
     fn leave_in_medium(&mut self, (point, distance): (Vec3, f32), there: Option<&Medium>) -> bool {
-        let u = self.sampler.triple(Dimension::Bsdf, self.bounce);
+        let u = self.numbers(self.sampler);
         let (onward, value, pdf) = self.scattered_by(point, there, u);
         let medium = there.unwrap_or(&self.beside.within.medium);
         if pdf <= 0.0 {

@@ -8,30 +8,62 @@ use crate::integrator::record::{End, Record, Step};
 use crate::integrator::settings::PathSettings;
 use crate::light::{LightSampleContext, Shadows};
 use crate::math::average;
-use crate::math::float::{RAY_START, ray_origin};
+use crate::math::float::{ONE_MINUS_EPSILON, RAY_START, ray_origin};
 use crate::sampler::{Dimension, Sampler, hashed};
 use crate::world::{
     Asking, Hit, Intersection, RayKind, Scratch, Sender, Source, Wanted, Way, World,
 };
 use glam::Vec3;
 
+/// Tells the numbers behind a surface that was passed from those before it.
+const BEHIND: u32 = 0x_71d7_ed00;
+
 /// Tells the numbers of a transparent film from those of opacity.
 const FILM: u32 = 0x_0f11_a1fa;
 
 /// What becomes of a path at a surface that tints what passes straight on.
 pub(in crate::integrator) enum Tinted {
-    /// It stops there, with a weight.
-    Stops(Vec3),
+    /// It stops there, with a weight and the numbers that are left for what it does there.
+    Stops(Vec3, Vec3),
     /// It goes on with a weight, from there, so far from the surface.
     Passes(Vec3, Vec3, f32),
 }
 
+/// The numbers of a choice at a surface behind so many others, each of which a path might have stopped at.
+pub(in crate::integrator) fn numbers_behind(sampler: &Sampler, bounce: u32, tints: u32) -> Vec3 {
+    match tints {
+        0 => sampler.triple(Dimension::Bsdf, bounce),
+        _ => (sampler.beside(BEHIND.wrapping_add(tints))).triple(Dimension::Bsdf, bounce),
+    }
+}
+
 impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
+    /// Surfaces that the path has passed by a choice since its last bounce.
+    #[inline(always)]
+    fn tints(&self) -> u32 {
+        match self.beside.tints {
+            (bounce, tints) if E::EVERYTHING && bounce == self.bounce => tints,
+            _ => 0,
+        }
+    }
+
+    /// The numbers of the next choice: what is left over of those that have stopped the path here, or new ones of a sampler.
+    #[inline(always)]
+    pub(super) fn numbers(&self, sampler: &Sampler) -> Vec3 {
+        match self.beside.left_over {
+            Some(numbers) if E::EVERYTHING => numbers,
+            _ => numbers_behind(sampler, self.bounce, self.tints()),
+        }
+    }
+
     /// The next surface that the path does not pass, with the light of the lamps on the way to it, or of what lies behind all
     /// surfaces. Whether there is one.
     #[inline(always)]
     pub(super) fn next_surface(&mut self, found: &mut Found) -> bool {
         loop {
+            if E::EVERYTHING {
+                self.beside.left_over = None;
+            }
             if !self.next_interface(found) {
                 return false;
             }
@@ -48,10 +80,11 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             let left = self.settings.transparent_left(self.passed);
             let past = self.past();
             let ray = (self.origin, self.asking(&found.hit, &past));
-            let place = (self.sampler, self.bounce, self.passed);
-            match tinted::<E>(self.world, &found.hit, ray, place) {
-                Tinted::Stops(weight) => {
+            let numbers = self.numbers(self.sampler);
+            match tinted::<E>(self.world, &found.hit, ray, numbers) {
+                Tinted::Stops(weight, left_over) => {
                     self.throughput *= weight;
+                    self.beside.left_over = Some(left_over);
                     return true;
                 }
                 Tinted::Passes(..) if left == 0 => {
@@ -69,6 +102,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                     self.throughput *= weight;
                     self.light.sink.pass(weight);
                     self.passed += 1;
+                    self.beside.tints = (self.bounce, self.tints() + 1);
                     self.beside.left = self.world.strand_of(&found.hit);
                     self.beside.walked += found.hit.distance;
                     self.origin = onward;
@@ -191,14 +225,13 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         let (ray, kind) = ((self.origin, self.direction), self.beside.previous.kind);
         let past = self.past();
         let sender = self.sender(&past);
-        let (sampler, bounce) = (self.sampler, self.bounce);
-        let key = move || sampler.key(Dimension::Opacity, bounce);
+        let numbers = (self.sampler, self.bounce);
         let mut hit = if E::EVERYTHING && self.settings.transparent != u32::MAX {
             // Cycles notices the limit when it has passed a surface: one always is.
             let left = self.settings.transparent.max(1) - self.passed;
             let met = self
                 .world
-                .intersect_limited::<E>(ray.0, ray.1, self.span, sender, key, left);
+                .intersect_limited::<E>(ray.0, ray.1, self.span, sender, numbers, left);
             match met {
                 Intersection::Surface(hit, more) => {
                     self.passed += more;
@@ -210,7 +243,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             }
         } else {
             self.world
-                .intersect::<E>(ray.0, ray.1, self.span, sender, key)
+                .intersect::<E>(ray.0, ray.1, self.span, sender, numbers)
         };
         if E::EVERYTHING && self.world.has_close_interfaces() {
             hit = self
@@ -404,7 +437,7 @@ pub(in crate::integrator) fn tinted<E: Features>(
     world: &World,
     hit: &Hit,
     (origin, asking): (Vec3, Asking),
-    (sampler, bounce, passed): (&Sampler, u32, u32),
+    numbers: Vec3,
 ) -> Tinted {
     // What is flat for a ray has no place by its corners.
     if world.lets_all_pass(hit) && world.strand_of(hit).is_none() {
@@ -412,7 +445,7 @@ pub(in crate::integrator) fn tinted<E: Features>(
         return Tinted::Passes(Vec3::ONE, onward, skipped);
     }
     let Some((passes, rest)) = world.tint(hit, asking) else {
-        return Tinted::Stops(Vec3::ONE);
+        return Tinted::Stops(Vec3::ONE, numbers);
     };
     let share = average(passes);
     let p = if share + rest > 0.0 {
@@ -420,9 +453,10 @@ pub(in crate::integrator) fn tinted<E: Features>(
     } else {
         0.0
     };
-    let key = sampler.key(Dimension::Opacity, bounce);
-    if hashed(key.wrapping_add(passed), hit.primitive, hit.object()) >= p {
-        return Tinted::Stops(Vec3::splat(rest / (1.0 - p)));
+    if numbers.z >= p {
+        // What passes and what each lobe takes are parts of one choice, as in Cycles: a pixel's samples are shared out evenly among all.
+        let left_over = ((numbers.z - p) / (1.0 - p)).min(ONE_MINUS_EPSILON);
+        return Tinted::Stops(Vec3::splat(rest / (1.0 - p)), numbers.with_z(left_over));
     }
     let mut scratch = Scratch::default();
     let surface = world.surface::<E>(hit, (origin, asking), Wanted::Light, &mut scratch);

@@ -7,7 +7,6 @@ use crate::film::light_passes::PassSink;
 use crate::film::pixel::FirstHit;
 use crate::integrator::record::{End, Record, Step};
 use crate::math::float::RAY_START;
-use crate::sampler::Dimension;
 use crate::shading::bsdf::Elsewhere;
 use crate::shading::closure::Portal;
 use crate::world::{Hit, Passage, RayKind, Surface};
@@ -24,8 +23,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         if !E::EVERYTHING || !(self.world.goes_below() || self.world.has_portals()) {
             return None;
         }
-        let choice = self.sampler.triple(Dimension::Bsdf, self.bounce).z;
-        bsdf.elsewhere(choice, self.settings.uniform)
+        bsdf.elsewhere(self.numbers(self.sampler).z, self.settings.uniform)
     }
 
     /// Goes through a portal: then [`Self::follow_portals`] has the rest of the path, which ends here. `receiver`: that of the vertex

@@ -1,4 +1,5 @@
 use super::*;
+use crate::sampler::Sequence;
 use crate::scene::{Scene, Strands};
 use crate::selftest::kit::{camera, diffuse, place, prepared};
 use crate::world::{Past, RayKind, Scratch, Sender, Wanted};
@@ -39,7 +40,9 @@ fn meet(world: &World, origin: Vec3, direction: Vec3, left: Option<LeftStrand>) 
         past: &past,
         ..RayKind::Camera.into()
     };
-    world.intersect::<General>(origin, direction, (0.0, f32::INFINITY), sender, || 0)
+    let numbers = Sequence::new(0).sampler(0, 0, 0);
+    let span = (0.0, f32::INFINITY);
+    world.intersect::<General>(origin, direction, span, sender, (&numbers, 0))
 }
 
 const SHAPES: [StrandShape; 3] = [
