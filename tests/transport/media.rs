@@ -216,9 +216,9 @@ fn a_white_cloud_vanishes_in_a_white_furnace() {
         );
         let settings = RenderSettings {
             roulette: None,
-            ..small(16, 1024)
+            ..small(8, 1024)
         };
-        let (found, variance) = estimate(&scene, &settings, 0..4);
+        let (found, variance) = estimate(&scene, &settings, 0..12);
         let z = (found - 1.0) / variance.sqrt();
         assert!(
             z.abs() < 4.0 && variance.sqrt() < 1e-2,

@@ -329,3 +329,64 @@ fn neighbours_are_nets_together() {
         }
     }
 }
+
+/// What a path decides at surfaces behind each other is independent: it passes many as often as the product of their shares, whatever
+/// the evenness of each. Binomial, 4 σ: evenness can only take from the variance.
+#[test]
+fn choices_behind_each_other_are_independent() {
+    const LAYERS: u32 = 60;
+    let sequence = Sequence::of(3, Sequences::One { planned: None });
+    for share in [0.5f32, 0.95] {
+        let layers = if share < 0.9 { 6 } else { LAYERS };
+        let (mut passed, mut all) = (0u32, 0u32);
+        for place in 0..96 * 64u32 {
+            for sample in 0..8 {
+                let sampler = sequence.sampler(place % 96, place / 96, sample);
+                let passes = |layer: u32| {
+                    let own = if layer == 0 {
+                        sampler
+                    } else {
+                        sampler.beside(layer)
+                    };
+                    own.triple(Dimension::Bsdf, 0).z < share
+                };
+                passed += u32::from((0..layers).all(passes));
+                all += 1;
+            }
+        }
+        let p = f64::from(share).powi(layers as i32);
+        let sigma = (p * (1.0 - p) * f64::from(all)).sqrt();
+        let z = (f64::from(passed) - p * f64::from(all)) / sigma;
+        println!(
+            "{share}: {passed} of {all}, {:.1} expected, z {z:.2}",
+            p * f64::from(all)
+        );
+        assert!(z.abs() < 4.0, "{share}: {z}");
+    }
+}
+
+/// The same of numbers about things that are told apart by two words.
+#[test]
+fn numbers_about_two_things_are_independent_and_each_is_even() {
+    let sequence = Sequence::of(5, Sequences::One { planned: None });
+    let (mut both, mut all) = (0u32, 0u32);
+    for place in 0..96 * 64u32 {
+        let about = |sample: u32, what: u32| {
+            let sampler = sequence.sampler(place % 96, place / 96, sample);
+            sampler.about(Dimension::Opacity, 0, (what, 7))
+        };
+        // Of sixteen numbers each has a sixteenth of the unit interval.
+        let mut numbers: Vec<u32> = (0..16)
+            .map(|sample| (16.0 * about(sample, 1)) as u32)
+            .collect();
+        numbers.sort_unstable();
+        assert_eq!(numbers, (0..16).collect::<Vec<_>>());
+        for sample in 0..16 {
+            both += u32::from(about(sample, 1) < 0.3 && about(sample, 2) < 0.3);
+            all += 1;
+        }
+    }
+    let p = 0.3f64 * 0.3;
+    let z = (f64::from(both) - p * f64::from(all)) / (p * (1.0 - p) * f64::from(all)).sqrt();
+    assert!(z.abs() < 4.0, "{z}");
+}
