@@ -98,6 +98,13 @@ impl<E: Features> Vertex<'_, E> {
             return 0;
         };
         check(&light);
+        if E::EVERYTHING && world.meets_own_surface(hit, surface, light.wi) {
+            sum.sink.step(|| Step::Light {
+                light: None,
+                numbers: u,
+            });
+            return 0;
+        }
         let value = if world.lights_backs(drawn) {
             bsdf.evaluate_sampled(light.wi)
         } else {

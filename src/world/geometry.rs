@@ -20,7 +20,9 @@ pub struct MeshData {
     /// Shared with Embree.
     pub triangles: Arc<TriangleMesh>,
     pub(super) normals: Option<Vec<[f32; 3]>>,
-    /// The same at steps of time, where they move.
+    /// It comes with normals, be they those of its triangles: Blender's flat meshes have none.
+    pub(super) is_shaded_smooth: bool,
+    /// The normals at steps of time, where they move.
     pub(super) moving_normals: Vec<Vec<[f32; 3]>>,
     pub(super) tangents: Option<Vec<[f32; 4]>>,
     pub(super) radial: Option<Vec<[f32; 3]>>,
@@ -104,6 +106,7 @@ impl MeshData {
                 moved,
             )?),
             normals,
+            is_shaded_smooth: mesh.normals.is_some(),
             moving_normals: moving_normals.into_iter().flatten().collect(),
             tangents,
             radial,

@@ -175,6 +175,7 @@ impl MeshData {
         let posed = Self {
             triangles: Arc::new(TriangleMesh::single(places)),
             normals,
+            is_shaded_smooth: self.is_shaded_smooth,
             moving_normals: Vec::new(),
             tangents: self.tangents.as_deref().map(pick4),
             radial: self.radial.as_deref().map(pick3),

@@ -77,6 +77,15 @@ class SteepBumps(kit.ExportTest):
             plane.data.materials[0] = self.shader(kind, 0.5, slope)
             self.check(f"{kind[14:]}, {'a tilted map' if slope else 'no map'}", 0.008)
 
+    def test_smooth_planes(self):
+        """Where the bump looks away from a lamp that the map sees, shadow rays of a plane that is shaded smooth meet the plane itself."""
+        bpy.ops.mesh.primitive_plane_add(size=4)
+        plane = bpy.context.object.data
+        plane.materials.append(self.shader("ShaderNodeBsdfDiffuse", 0.5, (1, 0, 1, 1)))
+        for smooth in (False, True):
+            plane.shade_smooth() if smooth else plane.shade_flat()
+            self.check(f"a {'smooth' if smooth else 'flat'} plane", 0.008, (False,), 512)
+
     def test_normal_maps_of_coordinates_without_area(self):
         """Tangents are then along x; a mesh of modifiers without a map has those about a ball."""
         self.lamp.energy = 0
