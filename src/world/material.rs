@@ -220,11 +220,14 @@ fn asks_paths(programs: &Programs) -> bool {
     })
 }
 
-/// Whether something else than images tells the opacity: it is seldom 0 or 1. Paths stop there, and choose between what passes and
-/// what each lobe takes by one number, whose samples are spread evenly.
+/// Whether something else than images and sections of fibres tells the opacity: these are mostly 0 or 1. Paths stop there, and choose
+/// between what passes and what each lobe takes by one number, whose samples are spread evenly.
 fn is_blended(programs: &Programs) -> bool {
-    let opacity = programs.opacity.as_ref();
-    opacity.is_some_and(|opacity| opacity.program.textures().is_empty())
+    let is_cover = |input: &PlaceInput| matches!(input, PlaceInput::FibreCover(_));
+    programs.opacity.as_ref().is_some_and(|opacity| {
+        let program = &opacity.program;
+        program.textures().is_empty() && !program.place_inputs().iter().any(is_cover)
+    })
 }
 
 /// A portal of less weight is none, as in Cycles.
