@@ -4,10 +4,11 @@ use super::Options;
 use super::albedos::AlbedoTables;
 use super::asking::Past;
 use super::covered::{self, layers_at};
+use super::passing::{asks_paths, is_blended};
 use crate::effects::{self, Effect};
 use crate::math::average;
 use crate::math::primaries::WorkingSpace;
-use crate::scene::graph::function::{PathDepth, PlaceInput};
+use crate::scene::graph::function::PlaceInput;
 use crate::scene::graph::{Graph, ShaderRules, TangentKind};
 use crate::scene::{ImageAlpha, ImageUse, Material, Scene, Texture};
 use crate::shading::dielectrics::{Key, Needs};
@@ -210,24 +211,6 @@ impl Preparer {
             programs,
         }
     }
-}
-
-/// Whether the opacity hangs on what a path has passed before, or on what is around: paths stop there.
-fn asks_paths(programs: &Programs) -> bool {
-    programs.opacity.as_ref().is_some_and(|opacity| {
-        let counted = PlaceInput::PathDepth(PathDepth::Transparent);
-        opacity.program.traces() || opacity.program.place_inputs().contains(&counted)
-    })
-}
-
-/// Whether something else than images and sections of fibres tells the opacity: these are mostly 0 or 1. Paths stop there, and choose
-/// between what passes and what each lobe takes by one number, whose samples are spread evenly.
-fn is_blended(programs: &Programs) -> bool {
-    let is_cover = |input: &PlaceInput| matches!(input, PlaceInput::FibreCover(_));
-    programs.opacity.as_ref().is_some_and(|opacity| {
-        let program = &opacity.program;
-        program.textures().is_empty() && !program.place_inputs().iter().any(is_cover)
-    })
 }
 
 /// A portal of less weight is none, as in Cycles.

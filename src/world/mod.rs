@@ -536,23 +536,6 @@ impl World {
         E::CURVED && self.as_cycles && !beyond && wi.dot(surface.normals.geometric) < 0.0
     }
 
-    /// Whether the shadow ray of a light sample meets the surface that it leaves, as in Cycles: where a displacement that is a bump has
-    /// turned the normal of a smooth mesh away from a light before it, the ray's start is sought on the other side
-    /// (`shadow_ray_offset`; with a Shadow Terminator Geometry Offset above 0, which is the default).
-    #[inline]
-    pub fn meets_own_surface(&self, hit: &Hit, surface: &Surface, wi: Vec3) -> bool {
-        let normals = &surface.normals;
-        if !self.as_cycles || normals.smooth == normals.curved {
-            return false;
-        }
-        let turned = wi.dot(normals.smooth) < 0.0 && wi.dot(normals.geometric) > 0.0;
-        turned && {
-            let entry = &self.geometry.entries[hit.object() as usize];
-            let mesh = &self.geometry.meshes[entry.mesh as usize];
-            mesh.is_shaded_smooth && mesh.strands.is_none()
-        }
-    }
-
     /// Whether light samples of a light meet the backs of glass' facets ([`crate::shading::Bsdf::evaluate_sampled`]). Cycles does
     /// not sample skies of one colour.
     #[inline]

@@ -3,6 +3,8 @@
 use super::*;
 use crate::light::program::{LookingRay, ShinePoint};
 use crate::sampler::{Dimension, Sampler};
+use crate::scene::graph::function::{PathDepth, PlaceInput};
+use crate::shading::program::Programs;
 
 /// A ray that looks for what takes the light.
 #[inline]
@@ -28,6 +30,24 @@ fn sent((origin, direction): (Vec3, Vec3), (near, far): (f32, f32), sender: &Sen
         mask: sender.kind.bit(),
         time: sender.time,
     }
+}
+
+/// Whether the opacity hangs on what a path has passed before, or on what is around: paths stop there.
+pub(super) fn asks_paths(programs: &Programs) -> bool {
+    programs.opacity.as_ref().is_some_and(|opacity| {
+        let counted = PlaceInput::PathDepth(PathDepth::Transparent);
+        opacity.program.traces() || opacity.program.place_inputs().contains(&counted)
+    })
+}
+
+/// Whether something else than images and sections of fibres tells the opacity: these are mostly 0 or 1. Paths stop there, and choose
+/// between what passes and what each lobe takes by one number, whose samples are spread evenly.
+pub(super) fn is_blended(programs: &Programs) -> bool {
+    let is_cover = |input: &PlaceInput| matches!(input, PlaceInput::FibreCover(_));
+    programs.opacity.as_ref().is_some_and(|opacity| {
+        let program = &opacity.program;
+        program.textures().is_empty() && !program.place_inputs().iter().any(is_cover)
+    })
 }
 
 /// The number of a path's bounce about what a ray meets.
@@ -97,6 +117,23 @@ impl World {
         let (entry, mesh, triangle) = self.object_at::<E>(hit, &mut moment);
         let at = entry.at(mesh, (triangle, hit.u, hit.v), asking);
         material.opacity(&at)
+    }
+
+    /// Whether the shadow ray of a light sample meets the surface that it leaves, as in Cycles: where a displacement that is a bump has
+    /// turned the normal of a smooth mesh away from a light before it, the ray's start is sought on the other side
+    /// (`shadow_ray_offset`; with a Shadow Terminator Geometry Offset above 0, which is the default).
+    #[inline]
+    pub fn meets_own_surface(&self, hit: &Hit, surface: &Surface, wi: Vec3) -> bool {
+        let normals = &surface.normals;
+        if !self.as_cycles || normals.smooth == normals.curved {
+            return false;
+        }
+        let turned = wi.dot(normals.smooth) < 0.0 && wi.dot(normals.geometric) > 0.0;
+        turned && {
+            let entry = &self.geometry.entries[hit.object() as usize];
+            let mesh = &self.geometry.meshes[entry.mesh as usize];
+            mesh.is_shaded_smooth && mesh.strands.is_none()
+        }
     }
 
     /// Whether what passes straight on takes a colour somewhere.
