@@ -104,8 +104,8 @@ fn a_replay_has_the_bits_of_its_sample() {
         (0.0, 1, LightSampling::Hemisphere),
     ] {
         let mut lit = 0;
-        for number in 0..24 {
-            let (x, y, sample) = (number % 6 * 5 + 3, number / 6 * 6 + 3, 17 * number);
+        for number in 0..48 {
+            let (x, y, sample) = (number % 6 * 5 + 3, number / 6 % 4 * 6 + 3, 17 * number);
             let settings = RenderSettings {
                 seed: 6,
                 clamp_indirect: clamp,
