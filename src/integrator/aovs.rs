@@ -6,12 +6,12 @@
 //! know nothing of it.
 
 use super::PathSettings;
-use super::path::{KernelBsdf, numbers_behind};
+use super::path::KernelBsdf;
 use crate::camera::CameraRay;
 use crate::effects::General;
 use crate::math::average;
 use crate::math::float::{RAY_START, ray_origin};
-use crate::sampler::Sampler;
+use crate::sampler::{Dimension, Sampler};
 use crate::world::{Asking, RayKind, Scratch, Sender, Surface, Wanted, World};
 use glam::{Vec2, Vec3};
 
@@ -57,7 +57,7 @@ pub fn add_aovs(
             world.surface::<General>(&hit, (origin, asking), Wanted::Lobes, &mut scratch);
         let share = average(passes);
         let others = rest * scattered(settings, direction, &mut surface);
-        let drawn = numbers_behind(sampler, 0, passed).z;
+        let drawn = sampler.triple_behind(Dimension::Bsdf, 0, passed).z;
         if drawn * (share + others) >= share {
             return passed + 1;
         }

@@ -1,13 +1,13 @@
 //! What the ray through a pixel's middle meets: depth, position and indices, and other passes of data on request.
 
 use super::aovs::MOST_PASSED;
-use super::path::{Tinted, numbers_behind, tinted};
+use super::path::{Tinted, tinted};
 use crate::camera::CameraRay;
 use crate::effects::General;
 use crate::film::objects::FirstObject;
 use crate::film::pixel::CenterSample;
 use crate::math::float::RAY_START;
-use crate::sampler::Sampler;
+use crate::sampler::{Dimension, Sampler};
 use crate::world::{Asking, Hit, Passage, RayKind, Scratch, Sender, Wanted, World};
 use glam::{Vec2, Vec3};
 
@@ -74,7 +74,7 @@ fn first_hit(world: &World, sampler: &Sampler, ray: &CameraRay) -> Option<(Vec3,
             return Some((origin, hit));
         }
         let asking = Asking::of(&sender, ray.direction, &hit);
-        let numbers = numbers_behind(sampler, 0, passed);
+        let numbers = sampler.triple_behind(Dimension::Bsdf, 0, passed);
         match tinted::<General>(world, &hit, (origin, asking), numbers) {
             Tinted::Stops(..) => return Some((origin, hit)),
             Tinted::Passes(_, next, _) => {

@@ -13,7 +13,7 @@ mod start;
 mod wide;
 
 pub use onward::behind;
-pub(super) use onward::{Tinted, numbers_behind, tinted};
+pub(super) use onward::{Tinted, tinted};
 
 use super::accumulator::Accumulator;
 use super::direct::Vertex;
@@ -167,7 +167,7 @@ struct Beside {
     /// Portals that it has come to, and whether it goes on behind the last.
     portals: u32,
     is_through: bool,
-    /// A bounce, and the surfaces that the path has passed by a choice since.
+    /// A bounce, and the surfaces that the path has passed since, at which it might have stopped to choose.
     tints: (u32, u32),
     /// Of the numbers that have stopped it at its surface: for what it does there.
     left_over: Option<Vec3>,

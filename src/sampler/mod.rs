@@ -34,6 +34,9 @@ mod lanes;
 use glam::{Vec2, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
+/// Tells the numbers behind surfaces that a path has passed from those before them.
+const BEHIND: u32 = 0x_71d7_ed00;
+
 /// The random decisions of a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
@@ -209,6 +212,18 @@ impl Sampler {
         let shuffled = self.shuffled(key);
         let digits = [shuffled as u32, pascal(shuffled) as u32, third(shuffled)];
         coordinates(key, digits).truncate()
+    }
+
+    /// As [`triple`](Self::triple), for a choice at a surface behind so many others that the path has passed since its last bounce:
+    /// independent of the choices at these.
+    pub fn triple_behind(&self, dimension: Dimension, bounce: u32, passed: u32) -> Vec3 {
+        match passed {
+            0 => self.triple(dimension, bounce),
+            _ => {
+                let behind = self.beside(BEHIND.wrapping_add(passed));
+                behind.triple(dimension, bounce)
+            }
+        }
     }
 
     /// The numbers of one of `parts` samples that take the place of this one: together the parts of all

@@ -15,9 +15,6 @@ use crate::world::{
 };
 use glam::Vec3;
 
-/// Tells the numbers behind a surface that was passed from those before it.
-const BEHIND: u32 = 0x_71d7_ed00;
-
 /// Tells the numbers of a transparent film from those of opacity.
 const FILM: u32 = 0x_0f11_a1fa;
 
@@ -29,16 +26,8 @@ pub(in crate::integrator) enum Tinted {
     Passes(Vec3, Vec3, f32),
 }
 
-/// The numbers of a choice at a surface behind so many others, each of which a path might have stopped at.
-pub(in crate::integrator) fn numbers_behind(sampler: &Sampler, bounce: u32, tints: u32) -> Vec3 {
-    match tints {
-        0 => sampler.triple(Dimension::Bsdf, bounce),
-        _ => (sampler.beside(BEHIND.wrapping_add(tints))).triple(Dimension::Bsdf, bounce),
-    }
-}
-
 impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
-    /// Surfaces that the path has passed by a choice since its last bounce.
+    /// Surfaces at which paths stop to choose that this one has passed since its last bounce.
     #[inline(always)]
     fn tints(&self) -> u32 {
         match self.beside.tints {
@@ -52,7 +41,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     pub(super) fn numbers(&self, sampler: &Sampler) -> Vec3 {
         match self.beside.left_over {
             Some(numbers) if E::EVERYTHING => numbers,
-            _ => numbers_behind(sampler, self.bounce, self.tints()),
+            _ => sampler.triple_behind(Dimension::Bsdf, self.bounce, self.tints()),
         }
     }
 

@@ -342,14 +342,8 @@ fn choices_behind_each_other_are_independent() {
         for place in 0..96 * 64u32 {
             for sample in 0..8 {
                 let sampler = sequence.sampler(place % 96, place / 96, sample);
-                let passes = |layer: u32| {
-                    let own = if layer == 0 {
-                        sampler
-                    } else {
-                        sampler.beside(layer)
-                    };
-                    own.triple(Dimension::Bsdf, 0).z < share
-                };
+                let passes =
+                    |layer: u32| sampler.triple_behind(Dimension::Bsdf, 0, layer).z < share;
                 passed += u32::from((0..layers).all(passes));
                 all += 1;
             }
