@@ -275,6 +275,21 @@ fn layers(alpha: f32, along: DVec3, shining: bool) -> Scene {
     scene
 }
 
+/// Fewer samples than this, which are met or missed, are counted by Poisson's distribution: a normal one is too narrow for them.
+const FEW: f64 = 10.0;
+
+/// The count that a Poisson variable of this mean exceeds as seldom as a normal one exceeds 4 σ.
+fn seldom_exceeded(mean: f64) -> f64 {
+    let (mut count, mut term) = (0.0, (-mean).exp());
+    let mut not_above = term;
+    while 1.0 - not_above > 3.2e-5 {
+        count += 1.0;
+        term *= mean / count;
+        not_above += term;
+    }
+    count
+}
+
 /// Seen through, a layer is met or not: random numbers of 24 bits can miss its opacity by 2^-24, 200 times. In shadows the
 /// share is a product: two roundings a layer.
 fn alpha_layers(effort: Effort) -> Result<Vec<Finding>, RenderError> {
@@ -304,17 +319,18 @@ fn alpha_layers(effort: Effort) -> Result<Vec<Finding>, RenderError> {
                 .picture,
         );
         let samples = f64::from(settings.width * settings.height * settings.samples);
-        // Bernstein's inequality (Boucheron, Lugosi and Massart, *Concentration Inequalities*, 2013, section 2.8), as likely to be
-        // exceeded as 4 σ: a layer of 0.05 lets a tenth of a sample through, of which no normal distribution knows.
-        let rare = -2.0 * 3.2e-5f64.ln();
-        let variance = exact * (1.0 - exact) / samples;
-        let noise =
-            rare / 6.0 / samples + ((rare / 6.0 / samples).powi(2) + rare * variance).sqrt();
+        let noise = (exact * (1.0 - exact) / samples).sqrt();
+        let rare = exact.min(1.0 - exact) * samples;
+        let bound = if rare < FEW {
+            (seldom_exceeded(rare) - rare) / samples
+        } else {
+            4.0 * noise
+        };
         findings.push(Finding::new(
             format!("opacity {alpha:e}: seen through"),
             exact,
             seen,
-            noise + f64::from(LAYERS) * 2f64.powi(-24),
+            bound + f64::from(LAYERS) * 2f64.powi(-24),
         ));
         // Behind the camera, between the sun and the wall.
         let mut shaded = layers(alpha, DVec3::Z * 2.0, false);
