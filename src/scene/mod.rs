@@ -3,6 +3,7 @@
 //! Conventions: metres, Y up, right-handed (as in glTF); colours linear Rec.709; radiometric units
 //! (watts). Transforms are f64 and map object space to world space (`world_from_object`).
 
+pub mod area;
 mod camera;
 mod catchers;
 pub mod coincident;
@@ -214,6 +215,8 @@ pub struct Part {
     /// The attribute of vertices that tells them apart: the lower and the upper 16 bits of a number, and how they are shaded
     /// (0: flat; 1: by the vertices' normals; 2 and 3: smooth and flat by the corners' normals).
     pub vertices: u32,
+    /// The attribute after it holds the vertices' normals: those of a flat mesh, by which it is displaced.
+    pub with_normals: bool,
 }
 
 /// A box in a mesh's own (Blender's) axes, across which its "Generated" coordinates go from 0 to 1.

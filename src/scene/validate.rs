@@ -3,6 +3,7 @@
 
 use glam::{DAffine3, DVec3, Vec3};
 
+use super::area;
 use super::flatten::directions;
 use super::graph::Graph;
 use super::{
@@ -23,6 +24,10 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
     }
     super::flatten::flatten(scene);
     let mut tally = Tally::default();
+    let displaces = scene
+        .materials
+        .iter()
+        .any(|m| m.graph.displacement.is_some());
     for mesh in &mut scene.meshes {
         if mesh.material.is_some_and(|m| m.0 as usize >= materials) {
             mesh.material = None;
@@ -34,7 +39,7 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
                 "the default material is used",
             );
         }
-        clean_mesh(mesh, &mut tally, diagnostics);
+        clean_mesh(mesh, displaces, &mut tally, diagnostics);
         let material = mesh.material.map(|m| &scene.materials[m.0 as usize]);
         if let Some(material) = material.filter(|m| duplicate_triangles::make_light(m)) {
             let count = duplicate_triangles::leave_out(mesh, material.double_sided);
@@ -308,7 +313,7 @@ impl Dropped {
         );
     }
 
-    fn report(
+    pub(super) fn report(
         &self,
         diagnostics: &mut Diagnostics,
         code: &'static str,
@@ -431,12 +436,7 @@ impl Tally {
             Verdict::Lost,
             "with corners that are not finite",
         );
-        self.without_area.report(
-            diagnostics,
-            "degenerate-triangles",
-            Verdict::Exact,
-            "without area",
-        );
+        area::report(&self.without_area, diagnostics);
         self.shining_twins.report(
             diagnostics,
             "shining-twins",
@@ -446,7 +446,8 @@ impl Tally {
     }
 }
 
-fn clean_mesh(mesh: &mut Mesh, tally: &mut Tally, diagnostics: &mut Diagnostics) {
+/// `displaces`: triangles without area are left to [`area::clean_displaced`], because displacement may open them.
+fn clean_mesh(mesh: &mut Mesh, displaces: bool, tally: &mut Tally, diagnostics: &mut Diagnostics) {
     let count = mesh.positions.len();
     let fits = |length: Option<usize>| length.is_none_or(|l| l == count);
     let lengths_match = fits(mesh.normals.as_ref().map(Vec::len))
@@ -488,19 +489,17 @@ fn clean_mesh(mesh: &mut Mesh, tally: &mut Tally, diagnostics: &mut Diagnostics)
     let finite = mesh.triangles.len();
     tally.not_finite.add(&mesh.name, whole - finite);
 
-    match &mesh.strands {
+    let lines = match &mesh.strands {
         Some(strands) => {
             let has_size = |&i: &u32| strands.radii[i as usize] > 0.0;
             mesh.triangles
                 .retain(|corners| corners.iter().any(has_size));
+            finite - mesh.triangles.len()
         }
-        None => mesh
-            .triangles
-            .retain(|&[a, b, c]| area_vector(corner(a), corner(b), corner(c)) != DVec3::ZERO),
-    }
-    tally
-        .without_area
-        .add(&mesh.name, finite - mesh.triangles.len());
+        None if displaces => 0,
+        None => area::leave_out_without(mesh),
+    };
+    tally.without_area.add(&mesh.name, lines);
     // Vertices that no triangle uses any more must not spoil bounds.
     for position in &mut mesh.positions {
         if position.iter().any(|c| !c.is_finite()) {
@@ -554,12 +553,6 @@ fn clean_mesh(mesh: &mut Mesh, tally: &mut Tally, diagnostics: &mut Diagnostics)
     }
 }
 
-/// Twice the area along the normal, in f64: products of f32 differences neither round nor vanish.
-fn area_vector(a: Vec3, b: Vec3, c: Vec3) -> DVec3 {
-    let a = a.as_dvec3();
-    (b.as_dvec3() - a).cross(c.as_dvec3() - a)
-}
-
 /// How far the square of a unit vector's length may be from 1 before it is normalised again: 16-bit
 /// and 8-bit normals are further off, f32 ones are not.
 const UNIT_TOLERANCE: f32 = 1e-4;
@@ -589,7 +582,7 @@ fn clean_normals(mesh: &mut Mesh, diagnostics: &mut Diagnostics) {
         let [a, b, c] = triangle.map(|i| Vec3::from(mesh.positions[i as usize]));
         for &i in triangle {
             if normals[i as usize] == [0.0; 3] {
-                sums[i as usize] += area_vector(a, b, c);
+                sums[i as usize] += area::vector(a, b, c);
                 used = true;
             }
         }

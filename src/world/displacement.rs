@@ -2,7 +2,7 @@
 //!
 //! As in Cycles each vertex is moved once, by the first triangle that has it and whose material displaces, where that triangle's
 //! corner is; objects that share a mesh share what the first of them gives. Flat meshes are moved as if they were smooth, by the
-//! normals that Blender's vertices have.
+//! normals that Blender's vertices have. Files say these; else they are computed of the triangles.
 
 use super::asking::Asking;
 use super::geometry::{Attributes, MeshData, MeshInstance, unit_or_zero};
@@ -13,7 +13,7 @@ use super::view::{View, from_blender};
 use crate::effects::General;
 use crate::ffi::embree::EmbreeError;
 use crate::scene::{
-    Camera, Diagnostics, Instance, Mesh, Part, Projection, Scene, Verdict, tangents,
+    Camera, Diagnostics, Instance, Mesh, Part, Projection, Scene, Verdict, area, tangents,
 };
 use crate::shading::program::{self, Program, Root};
 use glam::{DAffine3, DVec3, Mat3, Vec3};
@@ -53,13 +53,12 @@ pub fn displace(scene: &mut Scene, diagnostics: &mut Diagnostics) {
     let by_material = programs(scene);
     let of = |mesh: &Mesh| by_material.get(mesh.material?.0 as usize)?.as_ref();
     let names: Vec<Vec<Name>> = (0..).zip(&scene.meshes).map(names).collect();
-    let flat: Vec<bool> = scene.meshes.iter().map(|m| m.normals.is_none()).collect();
-    let asks = scene
+    let round = if scene
         .meshes
         .iter()
-        .any(|m| of(m).is_some() && m.normals.is_none());
-    let round = if asks {
-        vertex_normals(&scene.meshes, &names, &flat, angles)
+        .any(|m| of(m).is_some() && m.normals.is_none())
+    {
+        round(&scene.meshes, &names)
     } else {
         HashMap::new()
     };
@@ -95,7 +94,7 @@ pub fn displace(scene: &mut Scene, diagnostics: &mut Diagnostics) {
     let is_touched = |names: &[Name]| names.iter().any(|name| moved.contains_key(name));
     let touched: Vec<bool> = names.iter().map(|names| is_touched(names)).collect();
     let shaded: Vec<Vec<Shaded>> = scene.meshes.iter().map(shaded).collect();
-    let all_alike = |_: &Mesh, _: &[u32; 3]| [1.0; 3];
+    let all_alike = |mesh: &Mesh, triangle: &[u32; 3]| [face(mesh, triangle); 3];
     let normals = |meshes: &[Mesh], of: &[bool]| vertex_normals(meshes, &names, of, all_alike);
     let before = normals(&scene.meshes, &touched);
     for (at, mesh) in scene.meshes.iter_mut().enumerate() {
@@ -104,13 +103,17 @@ pub fn displace(scene: &mut Scene, diagnostics: &mut Diagnostics) {
             move_vertices(mesh, &names[at], &moved, (shaded, renews[at]));
         }
     }
+    // What is a line now has no side; what was one may have been opened.
+    area::clean_displaced(scene, diagnostics);
     let after = normals(&scene.meshes, &touched);
     let renewed = normals(&scene.meshes, &renews);
     for (at, mesh) in scene.meshes.iter_mut().enumerate() {
         if touched[at] {
             turn_normals(mesh, (&names[at], &shaded[at]), [&before, &after, &renewed]);
         }
-        mesh.part = None;
+        if let Some(part) = mesh.part.take() {
+            mesh.attributes.truncate(part.vertices as usize + 1);
+        }
         // Last: vertices may come apart.
         if anew[at]
             && mesh.tangents.is_some()
@@ -313,12 +316,6 @@ fn move_vertices(
             }
         }
     }
-    // What has become a line has no side.
-    let positions = &mesh.positions;
-    mesh.triangles.retain(|&triangle| {
-        let [a, b, c] = triangle.map(|i| Vec3::from(positions[i as usize]).as_dvec3());
-        (b - a).cross(c - a) != DVec3::ZERO
-    });
 }
 
 /// Unit normals of a triangle.
@@ -327,28 +324,45 @@ fn face(mesh: &Mesh, triangle: &[u32; 3]) -> Vec3 {
     (b - a).cross(c - a).normalize_or_zero().as_vec3()
 }
 
-/// The angles of a triangle.
-fn angles(mesh: &Mesh, triangle: &[u32; 3]) -> [f32; 3] {
+/// The normals of the vertices of flat meshes: those that their files say, else the means of their triangles'.
+fn round(meshes: &[Mesh], names: &[Vec<Name>]) -> HashMap<Name, Vec3> {
+    let told = |mesh: &Mesh| mesh.part.filter(|part| part.with_normals);
+    let others: Vec<bool> = meshes
+        .iter()
+        .map(|m| m.normals.is_none() && told(m).is_none())
+        .collect();
+    let mut found = vertex_normals(meshes, names, &others, by_angles);
+    for (mesh, names) in meshes.iter().zip(names) {
+        let normals = told(mesh).and_then(|part| mesh.attributes.get(part.vertices as usize + 1));
+        for (name, &[x, y, z, _]) in names.iter().zip(normals.into_iter().flatten()) {
+            found.insert(*name, Vec3::new(x, y, z));
+        }
+    }
+    found
+}
+
+/// Unit normals of a triangle, scaled by its angle at each corner.
+fn by_angles(mesh: &Mesh, triangle: &[u32; 3]) -> [Vec3; 3] {
     let corners = triangle.map(|i| Vec3::from(mesh.positions[i as usize]).as_dvec3());
+    let normal = face(mesh, triangle);
     [0, 1, 2].map(|at| {
         let [to_next, to_last] = [1, 2].map(|by| corners[(at + by) % 3] - corners[at]);
-        to_next.cross(to_last).length().atan2(to_next.dot(to_last)) as f32
+        normal * to_next.cross(to_last).length().atan2(to_next.dot(to_last)) as f32
     })
 }
 
-/// The mean of the normals of the triangles about each vertex of some meshes, each counting by its corner.
+/// The mean of the normals of the triangles about each vertex of some meshes. `at_corners`: a triangle's, by how much they count.
 fn vertex_normals(
     meshes: &[Mesh],
     names: &[Vec<Name>],
     of: &[bool],
-    counts: impl Fn(&Mesh, &[u32; 3]) -> [f32; 3],
+    at_corners: impl Fn(&Mesh, &[u32; 3]) -> [Vec3; 3],
 ) -> HashMap<Name, Vec3> {
     let mut sums: HashMap<Name, Vec3> = HashMap::new();
     for ((mesh, names), _) in meshes.iter().zip(names).zip(of).filter(|(_, of)| **of) {
         for triangle in &mesh.triangles {
-            let normal = face(mesh, triangle);
-            for (&corner, count) in triangle.iter().zip(counts(mesh, triangle)) {
-                *sums.entry(names[corner as usize]).or_default() += normal * count;
+            for (&corner, normal) in triangle.iter().zip(at_corners(mesh, triangle)) {
+                *sums.entry(names[corner as usize]).or_default() += normal;
             }
         }
     }

@@ -254,6 +254,29 @@ class Causes(kit.ExportTest):
         print(f"{ours:.5f} {cycles:.5f} {ours / cycles - 1:+.2%}")
         self.near(ours, cycles, 0.01)
 
+    def test_faces_without_area_that_displacement_opens(self):
+        """An extrusion that was not moved leaves faces without area: their vertices have other normals, along which they go apart."""
+        material = self.raised("DISPLACEMENT", Scale=0.5, Midlevel=0)
+        tree = material.node_tree
+        raised = next(n for n in tree.nodes if n.type == "DISPLACEMENT")
+        tree.links.remove(raised.inputs["Height"].links[0])
+        raised.inputs["Height"].default_value = 1
+        next(n for n in tree.nodes if n.type == "BSDF_PRINCIPLED").inputs["Base Color"].default_value = (0, 0, 0, 1)
+        mesh = bpy.data.meshes.new("extruded")
+        # A cube, the top of which has vertices of its own where the sides end.
+        low, high = ([(x, y, z) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))] for z in (-1, 1))
+        sides = [(i, (i + 1) % 4, 4 + (i + 1) % 4, 4 + i) for i in range(4)]
+        lines = [(4 + i, 4 + (i + 1) % 4, 8 + (i + 1) % 4, 8 + i) for i in range(4)]
+        mesh.from_pydata([*low, *high, *high], [], [(3, 2, 1, 0), *sides, *lines, (8, 9, 10, 11)])
+        mesh.materials.append(material)
+        self.link("extruded", mesh).rotation_euler = (0.9, 0.2, 0.3)
+        self.camera.data.type, self.camera.data.ortho_scale = "ORTHO", 5
+        found = self.export()
+        # The world is white: what is dark is the cube.
+        ours, cycles = (1 - p.mean() for p in (kit.rendered(found.path, 64, 64, 16), kit.cycles_pixels(64, 64, 16)))
+        print(f"{ours:.5f} {cycles:.5f} {ours / cycles - 1:+.2%}")
+        self.near(ours, cycles, 0.003)
+
     def test_normal_maps_of_bumped_flat_meshes(self):
         """A normal map's frame is that of the face: a bump of the displacement does not turn it."""
         material = self.raised("BUMP", Scale=0.5)

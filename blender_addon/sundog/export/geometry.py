@@ -26,7 +26,7 @@ COMPUTED = {
 _OWN = {"uv", "generated", "pointiness", "random_per_island"}
 
 # Raised when the layout of the files changes, so that files of older versions are not taken.
-LAYOUT = 3
+LAYOUT = 4
 
 # At the end of a mesh's file: the description of what is in it, its length, and this.
 MARK = b"sundog-2"
@@ -273,7 +273,11 @@ class Raw:
             if found is not None:
                 self.colors[(name, width)] = found
         self.generated = generated(mesh) if any(d.generated for d in demands.values()) and is_deformed(mesh) else None
-        self.vertices = self._vertices() if any(d.vertices for d in demands.values()) else None
+        displaces = any(d.vertices for d in demands.values())
+        self.vertices = self._vertices() if displaces else None
+        # Cycles displaces flat meshes by these; those of its finer triangles are not known.
+        is_told = displaces and self.domain == "FACE" and not diced
+        self.vertex_normals = read(mesh.vertex_normals, "vector", numpy.float32, 3) if is_told else None
         self._check()
         digest = hashlib.blake2b(digest_size=16)
         description = {
@@ -288,6 +292,7 @@ class Raw:
         }
         digest.update(json.dumps(description, sort_keys=True).encode())
         arrays = [self.positions, self.corner_vertices, self.polygon_starts, self.slots, self.normals, self.generated, self.vertices]
+        arrays.append(self.vertex_normals)
         arrays += [*self.uvs.values(), *(values for _, values in self.colors.values())]
         arrays += [array for step in self.steps if step is not None for array in step]
         for array in arrays:
@@ -415,6 +420,8 @@ class Raw:
                 arrays[f"_NORMAL_{number}"] = (of_corners if self.domain == "CORNER" else of_vertices)(step[1])
         if self.vertices is not None:
             arrays["_VERTEX"] = (of_corners if self.domain == "CORNER" else of_vertices)(self.vertices)
+        if self.vertex_normals is not None:
+            arrays["_VERTEX_NORMAL"] = of_vertices(self.vertex_normals)
         if self.generated is not None and demand.generated:
             arrays["_GENERATED"] = of_vertices(self.generated)
         count = len(arrays["POSITION"])

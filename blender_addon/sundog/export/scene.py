@@ -400,6 +400,8 @@ class Exporter:
         for primitive in primitives:
             if "_VERTEX" in primitive["attributes"]:
                 self._own_part(primitive)["vertices"] = "_VERTEX"
+            if "_VERTEX_NORMAL" in primitive["attributes"]:
+                self._own_part(primitive)["vertex_normals"] = "_VERTEX_NORMAL"
         for primitive, found in zip(primitives, stored.layout["primitives"]):
             absent = geometry.absent_uvs(mesh, exported[found["slot"]].demand)
             if absent:

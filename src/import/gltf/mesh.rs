@@ -52,14 +52,24 @@ pub(super) struct Attributes<'a> {
     pub texture_space: Option<TextureSpaceJson>,
     /// The accessor of these coordinates, where they are given.
     pub generated: Option<usize>,
-    /// The accessor of what tells its vertices apart, and the number of the mesh, where they may be displaced.
-    pub vertices: Option<(usize, u32)>,
+    /// What tells its vertices apart, where they may be displaced.
+    pub vertices: Option<VerticesSource>,
     /// The accessors of its vertices' positions, and of their normals, at steps of time.
     pub motion: Vec<(usize, Option<usize>)>,
     /// Grids of what fills it.
     pub grids: Option<Arc<Grids>>,
     /// It is drawn as strands or points.
     pub strands: Option<StrandsSource>,
+}
+
+/// Where the vertices of a mesh that may be displaced are named.
+pub(super) struct VerticesSource {
+    /// The accessor of their numbers.
+    pub numbers: usize,
+    /// The accessor of their normals, if the mesh is flat and says them.
+    pub normals: Option<usize>,
+    /// The number of the mesh.
+    pub whole: u32,
 }
 
 impl Attributes<'_> {
@@ -145,16 +155,22 @@ pub(super) fn load_primitive(
     };
     let motion = read_motion(document, attributes, positions.len(), budget)?;
     let mut part = None;
-    if let Some((index, whole_mesh)) = attributes.vertices {
-        let vertices = accessor::read_f32::<3>(document, given(index), budget)?;
+    if let Some(source) = &attributes.vertices {
+        let vertices = accessor::read_f32::<3>(document, given(source.numbers), budget)?;
         whole("numbers of vertices", vertices.len())?;
         // What stands on the surface before it was displaced asks for an attribute after all others, which takes the place of these.
         let place = own.len() - usize::from(material.asks_before);
         own.truncate(place);
         own.push(vertices.iter().map(|[a, b, c]| [*a, *b, *c, 1.0]).collect());
+        if let Some(index) = source.normals {
+            let normals = accessor::read_f32::<3>(document, given(index), budget)?;
+            whole("normals of vertices", normals.len())?;
+            own.push(normals.iter().map(|[x, y, z]| [*x, *y, *z, 0.0]).collect());
+        }
         part = Some(Part {
-            whole: whole_mesh,
+            whole: source.whole,
             vertices: place as u32,
+            with_normals: source.normals.is_some(),
         });
     }
     if attribute(Semantic::Colors(1)).is_some() {

@@ -191,6 +191,7 @@ pub(super) struct SundogMesh {
     pub texture_space: Option<TextureSpaceJson>,
     pub generated: Option<String>,
     pub vertices: Option<String>,
+    pub vertex_normals: Option<String>,
     #[serde(default)]
     pub motion: Vec<MeshStepJson>,
     #[serde(default)]

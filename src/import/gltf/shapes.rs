@@ -9,7 +9,7 @@ use serde::Deserialize;
 use super::container::Document;
 use super::deform::Pose;
 use super::material_list::{MaterialKey, key};
-use super::mesh::{Attributes, Loaded, PrimitiveMaterial};
+use super::mesh::{Attributes, Loaded, PrimitiveMaterial, VerticesSource};
 use super::placement::matrix;
 use super::schema::SundogMesh;
 use super::strands::StrandsSource;
@@ -170,6 +170,11 @@ fn load_mesh(
                     usize::try_from(document.value.pointer(&place)?.as_u64()?).ok()
                 };
                 let vertices = named(&extension.vertices).zip(u32::try_from(index).ok());
+                let vertices = vertices.map(|(numbers, whole)| VerticesSource {
+                    numbers,
+                    normals: named(&extension.vertex_normals),
+                    whole,
+                });
                 let told = (&*extension.grids, extension.density_by_object);
                 absent_uvs = extension.absent_uvs;
                 grids = grids::load(document, told, &object, budget, diagnostics)?;

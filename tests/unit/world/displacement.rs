@@ -64,6 +64,7 @@ fn a_vertex_is_moved_once_by_the_first_triangle_that_has_it() {
     let numbered = Part {
         whole: 0,
         vertices: 0,
+        with_normals: false,
     };
     for part in [None, Some(numbered)] {
         let mut scene = scene(part);
@@ -122,4 +123,49 @@ fn flat_meshes_are_moved_by_the_normals_of_their_vertices() {
         );
     }
     assert!(scene.meshes[0].normals.is_none());
+}
+
+/// A face between two vertices at one place is a line until they go apart along the normals that the file says.
+#[test]
+fn displacement_opens_faces_without_area() {
+    let mut graph = Graph::default();
+    let space = Function::Displacement { object_space: true };
+    let node = Node::new(NodeKind::Function(space))
+        .with(0, 1.0)
+        .with(1, 0.0);
+    graph.displacement = Some(graph.add(node));
+    let mut scene = scene(Some(Part {
+        whole: 0,
+        vertices: 0,
+        with_normals: true,
+    }));
+    scene.materials[0].graph = graph;
+    let numbered = |number: u32| [number as f32, 0.0, 0.0, 1.0];
+    let normals = [
+        [0.0, 0.0, 1.0, 0.0],
+        [0.0, 0.0, 1.0, 0.0],
+        [0.0, 1.0, 0.0, 0.0],
+    ];
+    scene.meshes[0] = Mesh {
+        positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0; 3]],
+        attributes: vec![(0..3).map(numbered).collect(), normals.to_vec()],
+        triangles: vec![[0, 1, 2], [0, 1, 1]],
+        ..scene.meshes[0].clone()
+    };
+    scene.meshes[0].normals = None;
+    let mut diagnostics = Diagnostics::default();
+    crate::scene::validate::clean(&mut scene, &mut diagnostics);
+    displace(&mut scene, &mut diagnostics);
+    let mesh = &scene.meshes[0];
+    let moved = [[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 0.0]];
+    assert_eq!(mesh.positions, moved, "along the normals that are told");
+    assert_eq!(mesh.triangles, [[0, 1, 2]]);
+    assert_eq!(mesh.attributes.len(), 1);
+    let told = diagnostics
+        .iter()
+        .find(|d| d.code == "degenerate-triangles");
+    assert!(
+        told.is_some_and(|d| d.feature.starts_with("1 triangle ")),
+        "{told:?}"
+    );
 }
