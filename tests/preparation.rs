@@ -74,6 +74,7 @@ fn prepared(scene: &Scene, uv_pass: bool) -> World {
         instructions: None,
         cull_backfaces: false,
         light_shares: Default::default(),
+        clamps_direct: false,
         uv_pass,
         aovs: false,
         vectors: false,

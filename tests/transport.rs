@@ -175,6 +175,7 @@ fn no_ray_hits_the_triangle_that_it_leaves() {
             instructions: None,
             cull_backfaces: false,
             light_shares: Default::default(),
+            clamps_direct: false,
             uv_pass: false,
             aovs: false,
             vectors: false,

@@ -61,6 +61,7 @@ fn world(scene: &Scene, effects: EnumSet<Effect>) -> Outcome<World> {
         instructions: None,
         cull_backfaces: false,
         light_shares: Default::default(),
+        clamps_direct: false,
         uv_pass: false,
         aovs: false,
         vectors: false,

@@ -59,6 +59,8 @@ pub struct EmissiveMesh {
     pub single_sided: bool,
     /// How many triangles it has.
     pub triangles: u32,
+    /// Each is drawn by itself, as in Cycles, even if two are a rectangle: how much is clamped hangs on the density.
+    pub in_triangles: bool,
     /// Parts of one object have one number.
     pub object: u32,
     /// How strongly it emits, guessed as Cycles does.
@@ -416,6 +418,7 @@ impl EmissiveTriangles {
             is_opaque,
             single_sided,
             triangles,
+            in_triangles,
             object,
             guess,
             surface,
@@ -457,7 +460,7 @@ impl EmissiveTriangles {
             }
             let next = triangles
                 .get(at + 1)
-                .filter(|next| !moves && twin_of(&twins, next).is_none());
+                .filter(|next| !moves && !in_triangles && twin_of(&twins, next).is_none());
             let part = Part {
                 mesh: shared.clone(),
                 triangle: at as u32,

@@ -191,6 +191,7 @@ pub fn prepared(scene: &Scene) -> Result<World, RenderError> {
         instructions: None,
         cull_backfaces: false,
         light_shares: Default::default(),
+        clamps_direct: false,
         uv_pass: false,
         aovs: false,
         vectors: false,

@@ -159,7 +159,7 @@ pub(super) fn prepare(
     scene: &Scene,
     effects: EnumSet<Effect>,
     (origin, eye, cull_backfaces): (DVec3, Eye, bool),
-    (view, shares): (View, LightShares),
+    (view, (shares, clamps_direct)): (View, (LightShares, bool)),
     geometry: &Geometry,
     materials: &[Arc<PreparedMaterial>],
     device: &Device,
@@ -180,6 +180,7 @@ pub(super) fn prepare(
     if hangs_on_choice {
         builder.hang_on_choice();
     }
+    let in_triangles = hangs_on_choice || clamps_direct && shares != LightShares::ByPlace;
     for (number, light) in scene.lights.iter().enumerate() {
         if effects::keeps(effects, light)
             && let Some(made) = Light::from_scene(light, origin)
@@ -209,6 +210,7 @@ pub(super) fn prepare(
                 is_opaque: material.is_opaque(),
                 single_sided: material.single_sided,
                 triangles: mesh.triangles.triangles().len() as u32,
+                in_triangles,
                 object: entry.object,
                 guess: material.emission_estimate,
                 surface: Box::new(PlacedMesh {

@@ -166,6 +166,8 @@ pub struct Options<'a> {
     pub cull_backfaces: bool,
     /// How light samples are shared out.
     pub light_shares: LightShares,
+    /// Light of the first surface is clamped.
+    pub clamps_direct: bool,
     /// What is left out.
     pub ablation: Ablation,
     /// Texture coordinates are shown by a pass.
@@ -229,7 +231,7 @@ impl World {
             (origin, eye, options.cull_backfaces),
             (
                 View::new(options.camera, (options.aspect, options.rows), origin),
-                options.light_shares,
+                (options.light_shares, options.clamps_direct),
             ),
             &geometry,
             &materials,
@@ -331,7 +333,7 @@ impl World {
                 (origin, eye, options.cull_backfaces),
                 (
                     View::new(options.camera, (options.aspect, options.rows), origin),
-                    options.light_shares,
+                    (options.light_shares, options.clamps_direct),
                 ),
                 geometry,
                 materials,

@@ -61,6 +61,16 @@ class Clamped(kit.ExportTest):
         self.near(ours, theirs, 0.01)
         self.assertGreater(abs(by_place / theirs - 1), 0.02)
 
+    def test_clamps_of_two_triangles(self):
+        """A panel to the side: the nearer one of its triangles fills more of the view, and is drawn as often as the other one."""
+        self.link("floor", kit.plane(size=8)).data.materials.append(kit.material("floor", Base_Color=(0.8, 0.8, 0.8, 1), Roughness=1))
+        self.link("panel", kit.plane(size=10), location=(6, 6, 5), rotation_euler=(2.3, 0, 0)).data.materials.append(self.emission(3))
+        kit.even_world(self.scene, 0)
+        self.scene.cycles.use_light_tree = False
+        ours, theirs, by_place = self.clamped(0.7, "--even-lights")
+        self.near(ours, theirs, 0.003)
+        self.assertGreater(abs(by_place / theirs - 1), 0.005)
+
     def test_clamps_with_the_light_tree(self):
         """The same by Cycles' estimates for each place, of a panel, a lamp and a sun."""
         self.room()

@@ -46,6 +46,7 @@ pub fn mesh(instance: u32, triangles: Vec<[Vec3; 3]>) -> EmissiveMesh {
         is_opaque: true,
         single_sided: false,
         triangles: triangles.len() as u32,
+        in_triangles: false,
         object: instance,
         guess: Vec3::ONE,
         surface: Box::new(Uniform(triangles)),
