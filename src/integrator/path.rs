@@ -171,6 +171,8 @@ struct Beside {
     tints: (u32, u32),
     /// Of the numbers that have stopped it at its surface: for what it does there.
     left_over: Option<Vec3>,
+    /// What passes straight on there for each part that does not.
+    passing: f32,
 }
 
 /// A path on its way.
@@ -248,6 +250,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         is_through: false,
         tints: (0, 0),
         left_over: None,
+        passing: 0.0,
     };
     if E::EVERYTHING
         && let Some(spectrum) = world.spectrum()

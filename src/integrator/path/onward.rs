@@ -20,8 +20,8 @@ const FILM: u32 = 0x_0f11_a1fa;
 
 /// What becomes of a path at a surface that tints what passes straight on.
 pub(in crate::integrator) enum Tinted {
-    /// It stops there, with a weight and the numbers that are left for what it does there.
-    Stops(Vec3, Vec3),
+    /// It stops there, with a weight, the numbers that are left for what it does there, and how much passes for each part that does not.
+    Stops(Vec3, Vec3, f32),
     /// It goes on with a weight, from there, so far from the surface.
     Passes(Vec3, Vec3, f32),
 }
@@ -51,7 +51,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     pub(super) fn next_surface(&mut self, found: &mut Found) -> bool {
         loop {
             if E::EVERYTHING {
-                self.beside.left_over = None;
+                (self.beside.left_over, self.beside.passing) = (None, 0.0);
             }
             if !self.next_interface(found) {
                 return false;
@@ -71,9 +71,10 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             let ray = (self.origin, self.asking(&found.hit, &past));
             let numbers = self.numbers(self.sampler);
             match tinted::<E>(self.world, &found.hit, ray, numbers) {
-                Tinted::Stops(weight, left_over) => {
+                Tinted::Stops(weight, left_over, passing) => {
                     self.throughput *= weight;
                     self.beside.left_over = Some(left_over);
+                    self.beside.passing = passing;
                     return true;
                 }
                 Tinted::Passes(..) if left == 0 => {
@@ -434,7 +435,7 @@ pub(in crate::integrator) fn tinted<E: Features>(
         return Tinted::Passes(Vec3::ONE, onward, skipped);
     }
     let Some((passes, rest)) = world.tint(hit, asking) else {
-        return Tinted::Stops(Vec3::ONE, numbers);
+        return Tinted::Stops(Vec3::ONE, numbers, 0.0);
     };
     let share = average(passes);
     let p = if share + rest > 0.0 {
@@ -445,7 +446,9 @@ pub(in crate::integrator) fn tinted<E: Features>(
     if numbers.z >= p {
         // What passes and what each lobe takes are parts of one choice, as in Cycles: a pixel's samples are shared out evenly among all.
         let left_over = ((numbers.z - p) / (1.0 - p)).min(ONE_MINUS_EPSILON);
-        return Tinted::Stops(Vec3::splat(rest / (1.0 - p)), numbers.with_z(left_over));
+        let weight = Vec3::splat(rest / (1.0 - p));
+        let passing = if rest > 0.0 { share / rest } else { 0.0 };
+        return Tinted::Stops(weight, numbers.with_z(left_over), passing);
     }
     let mut scratch = Scratch::default();
     let surface = world.surface::<E>(hit, (origin, asking), Wanted::Light, &mut scratch);

@@ -7,6 +7,7 @@ use super::{KernelBsdf, Walk};
 use crate::effects::Features;
 use crate::film::light_passes::PassSink;
 use crate::integrator::record::Record;
+use crate::math::average;
 use crate::shading::BsdfSample;
 
 impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
@@ -20,7 +21,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             } else {
                 sample.pdf
             };
-            self.min_pdf = self.min_pdf.min(pdf);
+            self.min_pdf = self.min_pdf.min(pdf * self.share_of_scattering(bsdf));
         }
         if E::EVERYTHING
             && let Some(pixel) = self.world.widened()
@@ -32,6 +33,16 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             };
             self.widen_by((distance, pixel), roughness);
         }
+    }
+
+    /// How often Cycles draws a direction at all where some of what arrives passes straight on: that is a lobe among others there.
+    #[inline(always)]
+    fn share_of_scattering(&self, bsdf: &KernelBsdf<E>) -> f32 {
+        if !E::EVERYTHING || self.beside.passing == 0.0 {
+            return 1.0;
+        }
+        let scattered = average(bsdf.albedo());
+        scattered / (scattered + self.beside.passing)
     }
 
     /// The path is scattered at a distance, with a roughness; `pixel`: the angle of one.
