@@ -277,6 +277,38 @@ class Causes(kit.ExportTest):
         print(f"{ours:.5f} {cycles:.5f} {ours / cycles - 1:+.2%}")
         self.near(ours, cycles, 0.003)
 
+    def test_normals_of_any_length(self):
+        """Bump and Displacement take vectors in Normal as long as they are: a bump of a short one is steeper."""
+        for kind in ("Bump", "Displacement"):
+            with self.subTest(kind=kind):
+                for made in [*bpy.data.meshes, *bpy.data.lights]:
+                    (bpy.data.meshes if made.id_type == "MESH" else bpy.data.lights).remove(made)
+                material = self.raised("DISPLACEMENT", Scale=0.2)
+                tree = material.node_tree
+                raised = next(n for n in tree.nodes if n.type == "DISPLACEMENT")
+                up = tree.nodes.new("ShaderNodeCombineXYZ")
+                up.inputs["Z"].default_value = 0.1 if kind == "Bump" else 3
+                if kind == "Bump":
+                    bump = tree.nodes.new("ShaderNodeBump")
+                    bump.inputs["Distance"].default_value = 0.05
+                    tree.links.new(raised.inputs["Height"].links[0].from_socket, bump.inputs["Height"])
+                    tree.links.new(up.outputs[0], bump.inputs["Normal"])
+                    tree.links.new(bump.outputs[0], next(n for n in tree.nodes if n.type == "BSDF_PRINCIPLED").inputs["Normal"])
+                    tree.links.remove(raised.outputs[0].links[0])
+                else:
+                    raised.space = "WORLD"
+                    tree.links.new(up.outputs[0], raised.inputs["Normal"])
+                bpy.ops.mesh.primitive_grid_add(x_subdivisions=60, y_subdivisions=60, size=6)
+                bpy.context.object.data.materials.append(material)
+                self.camera.data.type, self.camera.data.ortho_scale = "ORTHO", 4
+                self.scene.world = None
+                sun = bpy.data.lights.new("sun", "SUN")
+                sun.energy = 3
+                self.link("sun", sun).rotation_euler = (0.9, 0.3, 0)
+                ours, cycles = self.shown(256)
+                print(f"{kind} by a normal of another length: {ours:.5f} {cycles:.5f} {ours / cycles - 1:+.2%}")
+                self.near(ours, cycles, 0.005)
+
     def test_normal_maps_of_bumped_flat_meshes(self):
         """A normal map's frame is that of the face: a bump of the displacement does not turn it."""
         material = self.raised("BUMP", Scale=0.5)

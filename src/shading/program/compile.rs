@@ -604,7 +604,13 @@ fn unmapped(function: &Function, inputs: &[(Operand, SocketKind)]) -> Option<Ope
 fn takes_any_length(kind: &NodeKind) -> bool {
     matches!(
         kind,
-        NodeKind::Function(Function::Fresnel | Function::LayerFresnel | Function::LayerFacing)
+        NodeKind::Function(
+            Function::Fresnel
+                | Function::LayerFresnel
+                | Function::LayerFacing
+                | Function::Bump { .. }
+                | Function::Displacement { .. }
+        )
     )
 }
 
