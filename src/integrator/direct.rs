@@ -90,7 +90,7 @@ impl<E: Features> Vertex<'_, E> {
             ..
         } = self;
         let u = sampler.triple(Dimension::Light, self.bounce);
-        let Some((light, drawn)) = world.lights.sample(at, u.z, u.truncate()) else {
+        let Some((mut light, drawn)) = world.lights.sample(at, u.z, u.truncate()) else {
             sum.sink.step(|| Step::Light {
                 light: None,
                 numbers: u,
@@ -115,6 +115,10 @@ impl<E: Features> Vertex<'_, E> {
             "{value:?}"
         );
         let beyond = bsdf.is_beyond(light.wi);
+        if world.ends_below::<E>(surface, light.wi, beyond) {
+            // Rays bring nothing from there: how much is lost hangs on how often Cycles draws the light.
+            light.pdf = world.lights.density_in_cycles(at, drawn, light.pdf);
+        }
         let mut casts_shadow = true;
         let (reflected, diffuse) = if E::EVERYTHING && world.by_kind {
             let rules = world.lights.rules(drawn);

@@ -71,6 +71,25 @@ class Clamped(kit.ExportTest):
         self.near(ours, theirs, 0.003)
         self.assertGreater(abs(by_place / theirs - 1), 0.005)
 
+    def test_light_below_smooth_normals(self):
+        """Light samples alone bring what coarse smooth meshes get from below their triangles: how much of it hangs on the choice of lights."""
+        bpy.ops.mesh.primitive_cube_add(size=2, rotation=(0.2, 0.3, 0.1))
+        bpy.context.object.data.shade_smooth()
+        bpy.context.object.data.materials.append(kit.material("gloss", Base_Color=(0, 0, 0, 1), Roughness=0.4))
+        for x, turn in ((-4, 1.5708), (4, 1.4)):
+            panel = self.link("panel", kit.plane(size=3), location=(x, 0.5, -0.5), rotation_euler=(0, turn, 0))
+            panel.data.materials.append(self.emission(10))
+        kit.even_world(self.scene, 0)
+        ours, theirs = [], []
+        for flag in ("--even-lights", "--tree-lights"):
+            self.scene.cycles.use_light_tree = flag == "--tree-lights"
+            theirs.append(kit.cycles_pixels(16, 16, 1024).mean())
+            ours.append(kit.rendered(self.export().path, 16, 16, 1024, flag).mean())
+            print(f"below smooth normals, {flag}: {ours[-1]:.5f} {theirs[-1]:.5f} {ours[-1] / theirs[-1] - 1:+.2%}")
+            # A cube stands for a sphere here, from which rays leave elsewhere in each program.
+            self.near(ours[-1], theirs[-1], 0.02)
+        self.near(ours[1] / ours[0], theirs[1] / theirs[0], 0.005)
+
     def test_clamps_with_the_light_tree(self):
         """The same by Cycles' estimates for each place, of a panel, a lamp and a sun."""
         self.room()

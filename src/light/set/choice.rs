@@ -98,6 +98,18 @@ impl LightSet {
         })
     }
 
+    /// Of the density of a sample, the one that it has in Cycles, where that is known.
+    #[cold]
+    pub fn density_in_cycles(&self, at: &LightSampleContext, light: Drawn, density: f32) -> f32 {
+        match self.as_cycles.as_deref() {
+            Some(cycles) if self.as_cycles_at(at).is_none() => {
+                let drawn = self.drawn_probability(at, light);
+                density / drawn * cycles.probability(|| at.receiver_in_tree(), light)
+            }
+            _ => density,
+        }
+    }
+
     /// Whether all of a light is behind the surface's normal. Cycles' Light Tree does not draw it, so that rays alone count: they may find
     /// it where a lobe has a normal of its own beside a displacement that is a bump.
     pub(super) fn is_behind(&self, at: &LightSampleContext, light: Drawn) -> bool {
