@@ -150,6 +150,7 @@ fn displacement_opens_faces_without_area() {
         positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0; 3]],
         attributes: vec![(0..3).map(numbered).collect(), normals.to_vec()],
         triangles: vec![[0, 1, 2], [0, 1, 1]],
+        uvs: Vec::new(),
         ..scene.meshes[0].clone()
     };
     scene.meshes[0].normals = None;
