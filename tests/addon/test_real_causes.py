@@ -239,43 +239,39 @@ class Causes(kit.ExportTest):
 
     def test_flat_meshes_that_are_moved(self):
         """They are moved as if they were smooth: the corners of a cube along its diagonals."""
-        material = self.raised("DISPLACEMENT", Scale=0.5, Midlevel=0)
-        raised = next(n for n in material.node_tree.nodes if n.type == "DISPLACEMENT")
-        material.node_tree.links.remove(raised.inputs["Height"].links[0])
-        raised.inputs["Height"].default_value = 1
-        principled = next(n for n in material.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
-        principled.inputs["Base Color"].default_value = (0, 0, 0, 1)
         bpy.ops.mesh.primitive_cube_add(size=1)
-        bpy.context.object.data.materials.append(material)
-        self.camera.data.type, self.camera.data.ortho_scale = "ORTHO", 4
-        found = self.export()
-        # The world is white: what is dark is the cube.
-        ours, cycles = (1 - p.mean() for p in (kit.rendered(found.path, 64, 64, 16), kit.cycles_pixels(64, 64, 16)))
-        print(f"{ours:.5f} {cycles:.5f} {ours / cycles - 1:+.2%}")
-        self.near(ours, cycles, 0.01)
+        bpy.context.object.data.materials.append(self.black_and_moved())
+        self.compare_shades(4, 0.01)
 
-    def test_faces_without_area_that_displacement_opens(self):
-        """An extrusion that was not moved leaves faces without area: their vertices have other normals, along which they go apart."""
+    def black_and_moved(self):
+        """A black material that moves all by 0.5 along the normals."""
         material = self.raised("DISPLACEMENT", Scale=0.5, Midlevel=0)
         tree = material.node_tree
         raised = next(n for n in tree.nodes if n.type == "DISPLACEMENT")
         tree.links.remove(raised.inputs["Height"].links[0])
         raised.inputs["Height"].default_value = 1
         next(n for n in tree.nodes if n.type == "BSDF_PRINCIPLED").inputs["Base Color"].default_value = (0, 0, 0, 1)
+        return material
+
+    def compare_shades(self, width, tolerance):
+        """Of a view as wide: the world is white, and what is dark is the object."""
+        self.camera.data.type, self.camera.data.ortho_scale = "ORTHO", width
+        found = self.export()
+        ours, cycles = (1 - p.mean() for p in (kit.rendered(found.path, 64, 64, 16), kit.cycles_pixels(64, 64, 16)))
+        print(f"{ours:.5f} {cycles:.5f} {ours / cycles - 1:+.2%}")
+        self.near(ours, cycles, tolerance)
+
+    def test_faces_without_area_that_displacement_opens(self):
+        """An extrusion that was not moved leaves faces without area: their vertices have other normals, along which they go apart."""
         mesh = bpy.data.meshes.new("extruded")
         # A cube, the top of which has vertices of its own where the sides end.
         low, high = ([(x, y, z) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))] for z in (-1, 1))
         sides = [(i, (i + 1) % 4, 4 + (i + 1) % 4, 4 + i) for i in range(4)]
         lines = [(4 + i, 4 + (i + 1) % 4, 8 + (i + 1) % 4, 8 + i) for i in range(4)]
         mesh.from_pydata([*low, *high, *high], [], [(3, 2, 1, 0), *sides, *lines, (8, 9, 10, 11)])
-        mesh.materials.append(material)
+        mesh.materials.append(self.black_and_moved())
         self.link("extruded", mesh).rotation_euler = (0.9, 0.2, 0.3)
-        self.camera.data.type, self.camera.data.ortho_scale = "ORTHO", 5
-        found = self.export()
-        # The world is white: what is dark is the cube.
-        ours, cycles = (1 - p.mean() for p in (kit.rendered(found.path, 64, 64, 16), kit.cycles_pixels(64, 64, 16)))
-        print(f"{ours:.5f} {cycles:.5f} {ours / cycles - 1:+.2%}")
-        self.near(ours, cycles, 0.003)
+        self.compare_shades(5, 0.003)
 
     def test_normals_of_any_length(self):
         """Bump and Displacement take vectors in Normal as long as they are: a bump of a short one is steeper."""

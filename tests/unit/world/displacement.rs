@@ -83,15 +83,20 @@ fn a_vertex_is_moved_once_by_the_first_triangle_that_has_it() {
     }
 }
 
-/// A cube's corners go along its diagonals, flat as it is: three faces count by their angles there, however many triangles they are.
-#[test]
-fn flat_meshes_are_moved_by_the_normals_of_their_vertices() {
+/// A graph that moves all by 1 along the normals.
+fn by_one() -> Graph {
     let mut graph = Graph::default();
     let space = Function::Displacement { object_space: true };
     let node = Node::new(NodeKind::Function(space))
         .with(0, 1.0)
         .with(1, 0.0);
     graph.displacement = Some(graph.add(node));
+    graph
+}
+
+/// A cube's corners go along its diagonals, flat as it is: three faces count by their angles there, however many triangles they are.
+#[test]
+fn flat_meshes_are_moved_by_the_normals_of_their_vertices() {
     let corner = |i: u32| [0, 1, 2].map(|axis| (i >> axis & 1) as f32);
     let quads = [
         [0, 2, 3, 1],
@@ -102,7 +107,7 @@ fn flat_meshes_are_moved_by_the_normals_of_their_vertices() {
         [1, 3, 7, 5],
     ];
     let mut scene = scene(None);
-    scene.materials[0].graph = graph;
+    scene.materials[0].graph = by_one();
     scene.instances[0].world_from_object = DAffine3::IDENTITY;
     scene.meshes[0] = Mesh {
         positions: (0..8).map(corner).collect(),
@@ -128,18 +133,12 @@ fn flat_meshes_are_moved_by_the_normals_of_their_vertices() {
 /// A face between two vertices at one place is a line until they go apart along the normals that the file says.
 #[test]
 fn displacement_opens_faces_without_area() {
-    let mut graph = Graph::default();
-    let space = Function::Displacement { object_space: true };
-    let node = Node::new(NodeKind::Function(space))
-        .with(0, 1.0)
-        .with(1, 0.0);
-    graph.displacement = Some(graph.add(node));
     let mut scene = scene(Some(Part {
         whole: 0,
         vertices: 0,
         with_normals: true,
     }));
-    scene.materials[0].graph = graph;
+    scene.materials[0].graph = by_one();
     let numbered = |number: u32| [number as f32, 0.0, 0.0, 1.0];
     let normals = [
         [0.0, 0.0, 1.0, 0.0],
