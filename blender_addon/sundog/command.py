@@ -74,7 +74,7 @@ def arguments(scene, layer, abilities, warn):
     clamps = settings.sample_clamp_direct > 0 or settings.sample_clamp_indirect > 0
     tree = getattr(getattr(scene, "cycles", None), "use_light_tree", True)
     if clamps or not tree:
-        # What clamping takes depends on how often each light is drawn, and so does what steep bumps lose.
+        # What clamping takes depends on how often each light is drawn, and so does what steep bumps and smooth normals lose.
         result += flag_if_known("tree-lights" if tree else "even-lights", [], abilities, warn)
     result += ["--seed", str(seed(scene))]
     if settings.sequences == "ONE":

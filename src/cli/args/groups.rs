@@ -347,7 +347,7 @@ pub struct Transport {
     /// by their areas, the others evenly to lamps, suns and the world.
     ///
     /// The same picture but for clamping, which takes more from lights that are drawn more seldom, and a little more noise; and for
-    /// light behind steep bumps and light that only some rays find, as through glass that casts no shadow.
+    /// light behind steep bumps or below smooth normals and light that only some rays find, as through glass that casts no shadow.
     #[arg(long)]
     pub even_lights: bool,
     /// Clamps light samples as if they were shared out as Cycles does with its Light Tree.

@@ -104,6 +104,9 @@ impl LightSet {
         match self.as_cycles.as_deref() {
             Some(cycles) if self.as_cycles_at(at).is_none() => {
                 let drawn = self.drawn_probability(at, light);
+                if drawn <= 0.0 {
+                    return density;
+                }
                 density / drawn * cycles.probability(|| at.receiver_in_tree(), light)
             }
             _ => density,
