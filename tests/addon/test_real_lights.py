@@ -19,6 +19,7 @@ class Clamped(kit.ExportTest):
     def emission(self, strength):
         """A material that emits alone."""
         made = bpy.data.materials.new("sign")
+        made.use_nodes = True
         tree = made.node_tree
         tree.nodes.clear()
         glow, output = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("Emission", "OutputMaterial"))
@@ -116,7 +117,9 @@ class Clamped(kit.ExportTest):
     def test_clamps_behind_rough_glass(self):
         """Lamps of different kinds on both sides of what lets light through."""
         self.room()
-        tree = (made := bpy.data.materials.new("glass")).node_tree
+        made = bpy.data.materials.new("glass")
+        made.use_nodes = True
+        tree = made.node_tree
         tree.nodes.clear()
         shader, output = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("BsdfGlass", "OutputMaterial"))
         shader.inputs["Roughness"].default_value = 0.5
