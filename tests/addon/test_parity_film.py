@@ -36,6 +36,7 @@ class Film(kit.ExportTest):
     def material(self, kind, socket, **values):
         """A material of one shader."""
         made = bpy.data.materials.new(kind)
+        made.use_nodes = True
         tree = made.node_tree
         tree.nodes.clear()
         shader, output = (tree.nodes.new(f"ShaderNode{name}") for name in (kind, "OutputMaterial"))
