@@ -223,16 +223,20 @@ class Causes(kit.ExportTest):
         tree.links.new(raised.outputs[0], output.inputs["Displacement"])
         return material
 
-    def test_flat_faces_that_are_moved_and_bumped(self):
-        """From 5.0 on a bump turns the normals that flat faces had before they were moved: else they turn twice."""
-        material = self.raised("BOTH", Scale=0.6)
-        bpy.ops.mesh.primitive_grid_add(x_subdivisions=12, y_subdivisions=12, size=6)
+    def grid_below_a_sun(self, material, cells):
+        """A flat grid that fills the picture, so many cells wide, in the light of a sun alone."""
+        bpy.ops.mesh.primitive_grid_add(x_subdivisions=cells, y_subdivisions=cells, size=6)
         bpy.context.object.data.materials.append(material)
         self.camera.data.type, self.camera.data.ortho_scale = "ORTHO", 4
         self.scene.world = None
         sun = bpy.data.lights.new("sun", "SUN")
         sun.energy = 3
         self.link("sun", sun).rotation_euler = (0.9, 0.3, 0)
+
+    def test_flat_faces_that_are_moved_and_bumped(self):
+        """From 5.0 on a bump turns the normals that flat faces had before they were moved: else they turn twice."""
+        material = self.raised("BOTH", Scale=0.6)
+        self.grid_below_a_sun(material, 12)
         ours, cycles = self.shown()
         print(f"{ours:.5f} {cycles:.5f} {ours / cycles - 1:+.2%}")
         self.near(ours, cycles, 0.005)
@@ -294,13 +298,7 @@ class Causes(kit.ExportTest):
                 else:
                     raised.space = "WORLD"
                     tree.links.new(up.outputs[0], raised.inputs["Normal"])
-                bpy.ops.mesh.primitive_grid_add(x_subdivisions=60, y_subdivisions=60, size=6)
-                bpy.context.object.data.materials.append(material)
-                self.camera.data.type, self.camera.data.ortho_scale = "ORTHO", 4
-                self.scene.world = None
-                sun = bpy.data.lights.new("sun", "SUN")
-                sun.energy = 3
-                self.link("sun", sun).rotation_euler = (0.9, 0.3, 0)
+                self.grid_below_a_sun(material, 60)
                 ours, cycles = self.shown(256)
                 print(f"{kind} by a normal of another length: {ours:.5f} {cycles:.5f} {ours / cycles - 1:+.2%}")
                 self.near(ours, cycles, 0.005)
