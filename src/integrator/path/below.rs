@@ -164,9 +164,9 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     fn come_out(&mut self, hit: &Hit, (origin, inwards): (Vec3, Vec3)) -> bool {
         let world = self.world;
         (self.origin, self.direction) = (origin, inwards);
-        // It has not come from where it went below, nor by what was left over of the numbers there.
+        // It has not come from where it went below, nor by what was left over of the numbers there, and nothing passes straight on here.
         self.beside.passage = Passage::default();
-        self.beside.left_over = None;
+        (self.beside.left_over, self.beside.passing) = (None, 0.0);
         let past = self.past();
         let asking = self.asking(hit, &past);
         let mut scratch = Scratch::default();
