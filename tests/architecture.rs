@@ -223,6 +223,21 @@ fn the_page_knows_every_room() {
 }
 
 #[test]
+fn files_are_read_at_one_sitting() {
+    const MOST_LINES: usize = 700;
+    let long: Vec<String> = sources()
+        .iter()
+        .map(|path| {
+            let text = std::fs::read_to_string(path).unwrap();
+            (name(path), text.lines().count())
+        })
+        .filter(|(_, lines)| *lines > MOST_LINES)
+        .map(|(name, lines)| format!("{name}: {lines} lines"))
+        .collect();
+    assert!(long.is_empty(), "more than {MOST_LINES}: {long:?}");
+}
+
+#[test]
 fn unsafe_is_in_ffi_alone() {
     let mut found = false;
     for path in sources() {

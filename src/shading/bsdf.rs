@@ -23,6 +23,9 @@ use std::marker::PhantomData;
 pub const MOST_LOBES: usize = 12;
 /// A lobe whose albedo is estimated too low must not starve.
 const LEAST_SHARE: f32 = 0.05;
+/// Light samples bring other lobes the most of their light, and what goes on below the surface none: it is drawn so many times as
+/// often for its albedo. On three icings 3 to 6 have the least noise: 0.5 to 0.75 of the relMSE that 1 has, in the same time.
+const LIT_BY_WALKS_ALONE: f32 = 4.0;
 
 /// A lobe of the list.
 #[derive(Clone, Copy, Debug)]
@@ -35,6 +38,15 @@ struct Entry {
     is_delta: bool,
     is_diffuse: bool,
     is_of_fibres: bool,
+}
+
+impl Entry {
+    /// By which the lobes share the probability of being drawn.
+    #[inline(always)]
+    fn importance(&self) -> f32 {
+        let by_walks = matches!(self.lobe, Lobe::Below(_));
+        average(self.albedo) * if by_walks { LIT_BY_WALKS_ALONE } else { 1.0 }
+    }
 }
 
 /// How paths change what surfaces do.
@@ -277,8 +289,8 @@ impl<K: BsdfFeatures> Bsdf<K> {
         if !K::FACETS || self.others.is_empty() {
             return;
         }
-        let all = self.albedo_of_others();
-        let (a, b) = (average(all), average(self.lambert.color));
+        let a = self.others.iter().map(Entry::importance).sum::<f32>();
+        let b = average(self.lambert.color);
         self.p_others = if b <= 0.0 {
             1.0
         } else {
@@ -291,20 +303,20 @@ impl<K: BsdfFeatures> Bsdf<K> {
         }
     }
 
-    /// Shares the probability of the list out among its lobes, whose albedos have the sum `all`.
+    /// Shares the probability of the list out among its lobes, whose importances have the sum `all`.
     #[cold]
     fn share_out(&mut self, all: f32) {
-        let share = |albedo: Vec3| {
+        let share = |entry: &Entry| {
             let share = if all > 0.0 {
-                average(albedo) / all
+                entry.importance() / all
             } else {
                 0.0
             };
             share.max(LEAST_SHARE)
         };
-        let sum: f32 = self.others.iter().map(|e| share(e.albedo)).sum();
+        let sum: f32 = self.others.iter().map(share).sum();
         for entry in &mut self.others {
-            entry.p = self.p_others * (share(entry.albedo) / sum);
+            entry.p = self.p_others * (share(entry) / sum);
         }
     }
 

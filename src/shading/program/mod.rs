@@ -8,6 +8,7 @@ mod aovs;
 mod call;
 mod compile;
 mod emission;
+mod leaves;
 mod projection;
 mod shader;
 mod shaders;
