@@ -145,6 +145,7 @@ class Catchers(CatcherTest):
         self.floor.is_holdout, self.floor.visible_camera = False, False
         self.compare()
 
+    @kit.long
     def test_behind_glass_that_tints(self):
         """What passes a transparent sheet comes to the catcher with its colour."""
         bpy.ops.mesh.primitive_plane_add(size=6, location=(3, -3, 1.5), rotation=(math.radians(70), 0, 0.8))

@@ -108,6 +108,7 @@ class Coincident(kit.ExportTest):
             else:
                 self.assertEqual((got, seen), (0.0, 0.0))
 
+    @kit.long
     def test_solids_of_glass(self):
         """Of solids that stand twice, all refract twice or more often by rounding; of faces across an axis each lies on the other, so that
         nothing comes through."""

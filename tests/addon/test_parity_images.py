@@ -178,6 +178,7 @@ class ImageParity(kit.ExportTest):
                         self.shown(f"{name} {mode} {space} {'read' if read else ''}", image, read=read)
         self.compare()
 
+    @kit.long
     def test_precisions(self):
         """16 bits, packed files, generated images, and OpenEXR."""
         for mode in ("STRAIGHT", "PREMUL", "CHANNEL_PACKED", "NONE"):

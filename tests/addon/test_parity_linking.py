@@ -94,6 +94,7 @@ class LightGroups(LinkingTest):
         self.assertLess(abs(total - again["ViewLayer.Combined"][..., :3]).max(), 1e-4 * total.max())
         self.assertLess(abs(rest.mean() / again["ViewLayer.Combined_empty"].mean() - 1), 0.02)
 
+    @kit.long
     def test_with_clamping_and_a_transparent_film(self):
         scene = self.scene
         scene.render.film_transparent = True

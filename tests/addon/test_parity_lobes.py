@@ -162,6 +162,7 @@ class Fibres(Beside):
 
     SAMPLES = 1024
 
+    @kit.long
     def test_fibres(self):
         """One of each shader of hair, on meshes: they follow the sides of triangles."""
         s = Shaders()
@@ -328,6 +329,7 @@ class Parity(Beside):
                 tree.links.new(made(what), surface)
         self.compare(s, suns=False)
 
+    @kit.long
     def test_other_distributions(self):
         """Beckmann's and Ashikhmin's."""
         s = Shaders()

@@ -121,6 +121,7 @@ class Portals(EngineTest):
         # Measured: 20, and 10 below. A third of that is asked for.
         self.assertGreater(self.compare(False), 6)
 
+    @kit.long
     def test_a_room_under_a_sky_that_varies(self):
         self.assertGreater(self.compare(True), 3)
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Light that goes on below surfaces, beside Cycles: heads and balls by both programs, from one scene."""
 
+import itertools
 import unittest
 
 import bpy
@@ -8,7 +9,7 @@ import export_kit as kit
 import test_parity_lobes as lobes
 from test_parity_lobes import BLUE, GOLD, RED, Shaders
 
-SKIN = (0.9, 0.6, 0.45, 1)
+DARK, SKIN, MILK = (0.2, 0.1, 0.05, 1), (0.9, 0.6, 0.45, 1), (0.98, 0.95, 0.9, 1)
 
 
 class Subsurface(lobes.Beside):
@@ -21,13 +22,20 @@ class Subsurface(lobes.Beside):
         inputs = {"Subsurface_Weight": 1.0, "Base_Color": SKIN, "Roughness": 0.5, **inputs}
         shaders.alone(name, "BsdfPrincipled", {"subsurface_method": method, **(properties or {})}, **inputs)
 
+    def compare_radii_and_colours(self, pairs):
+        s = Shaders()
+        for scale, color in pairs:
+            self.scattering(s, f"{scale} {color[0]}", Subsurface_Scale=scale, Base_Color=color)
+        self.compare(s)
+
+    def test_some_radii_and_colours(self):
+        """A thin skin of a dark colour, a usual one, and deep milk."""
+        self.compare_radii_and_colours(((0.001, DARK), (0.05, SKIN), (0.3, MILK)))
+
+    @kit.long
     def test_radii_and_colours(self):
         """Four radii by three albedos."""
-        s = Shaders()
-        for scale in (0.001, 0.01, 0.05, 0.3):
-            for color in ((0.2, 0.1, 0.05, 1), SKIN, (0.98, 0.95, 0.9, 1)):
-                self.scattering(s, f"{scale} {color[0]}", Subsurface_Scale=scale, Base_Color=color)
-        self.compare(s)
+        self.compare_radii_and_colours(itertools.product((0.001, 0.01, 0.05, 0.3), (DARK, SKIN, MILK)))
 
     @kit.long
     def test_methods_and_entries(self):

@@ -75,7 +75,7 @@ class UnlikeRays(kit.ExportTest):
         lamp = bpy.data.lights.new("lamp", "AREA")
         lamp.energy, lamp.size = 100, 2
         self.link("lamp", lamp).location = (1, 0, 3)
-        self.check("a lamp and a shining panel")
+        self.check("a lamp and a shining panel", samples=512)
         # With the switch on, Cycles' Light Tree takes the sky for one with the sun of the newer models: see sundog-and-cycles.md.
         self.sky("HOSEK_WILKIE", disc=False)
         self.check("with a sky")

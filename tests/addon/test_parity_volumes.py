@@ -192,6 +192,7 @@ class Volumes(Scenes):
         other.links.new(self.cloud(other, "Generated", 0.3), shader.inputs["Density"])
         self.compare("two clouds", 256)
 
+    @kit.long
     def test_a_fire(self):
         tree = self.cube()
         output = tree.nodes[0]
@@ -203,6 +204,7 @@ class Volumes(Scenes):
         tree.links.new(both.outputs[0], output.inputs["Volume"])
         self.compare("fire", 256)
 
+    @kit.long
     def test_a_sky_colours_a_gas(self):
         tree = self.cube()
         shine = node(tree, "ShaderNodeEmission", Strength=0.05)
@@ -301,6 +303,7 @@ class Grids(Scenes):
         shown.data.materials.clear()
         self.compare("VDB without a material", 256)
 
+    @kit.long
     def test_colours_and_cubic_splines(self):
         shown, tree = self.volume(half=True)
         shown.active_material.cycles.volume_interpolation = "CUBIC"

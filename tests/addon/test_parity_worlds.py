@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Node trees of worlds beside Cycles: seen by the camera, and lighting a matte, a glossy and a mirroring ball."""
 
+import itertools
 import math
 import os
 import subprocess
@@ -13,6 +14,8 @@ from sundog.export import images
 
 WIDTH, HEIGHT = 48, 32
 NEW = bpy.app.version >= (5, 0, 0)
+# Sky textures that have a sun.
+SUNNY = ("SINGLE_SCATTERING", "MULTIPLE_SCATTERING") if NEW else ("NISHITA",)
 
 
 def rendered(path, samples, seed):
@@ -262,7 +265,7 @@ class Worlds(Nodes):
 
     def test_skies(self):
         """All models, with a sun and without."""
-        kinds = ["PREETHAM", "HOSEK_WILKIE"] + (["SINGLE_SCATTERING", "MULTIPLE_SCATTERING"] if NEW else ["NISHITA"])
+        kinds = ["PREETHAM", "HOSEK_WILKIE", *SUNNY]
         for kind in kinds:
             self.tree()
             settings = {"sky_type": kind}
@@ -273,17 +276,28 @@ class Worlds(Nodes):
             self.shown(self.out("TexSky", "Color", **settings), 0.5)
             self.compare(f"sky {kind} without a sun", samples=256)
 
-    def test_suns(self):
+    def compare_suns(self, kinds, suns):
         """The sun's disc on what is matte and what is glossy; in the mirror it would be found by chance alone."""
         self.remove("mirror")
-        for kind in ("SINGLE_SCATTERING", "MULTIPLE_SCATTERING") if NEW else ("NISHITA",):
-            for elevation, size, strength in ((0.5, 0.02, 0.1), (0.5, 0.0, 1.0), (0.004, 0.02, 1.0), (-0.004, 0.02, 1.0), (1.3, 0.3, 0.001)):
-                self.tree()
-                settings = {"sky_type": kind, "sun_disc": True, "sun_elevation": elevation, "sun_rotation": 2.5, "sun_size": size}
-                self.shown(self.out("TexSky", "Color", **settings), strength)
-                self.compare(f"sun of {kind}, {size} across, {elevation} up", samples=256)
-        settings.update(sun_elevation=0.004, sun_size=0.02)
-        # Seen by the camera alone.
+        for kind, (elevation, size, strength) in itertools.product(kinds, suns):
+            self.tree()
+            settings = {"sky_type": kind, "sun_disc": True, "sun_elevation": elevation, "sun_rotation": 2.5, "sun_size": size}
+            self.shown(self.out("TexSky", "Color", **settings), strength)
+            self.compare(f"sun of {kind}, {size} across, {elevation} up", samples=256)
+
+    def test_some_suns(self):
+        """A high one and one that is cut by the horizon."""
+        self.compare_suns(SUNNY[-1:], ((0.5, 0.02, 0.1), (-0.004, 0.02, 1.0)))
+
+    @kit.long
+    def test_suns(self):
+        """All kinds, with one that is a point and one that is large."""
+        self.compare_suns(SUNNY, ((0.5, 0.02, 0.1), (0.5, 0.0, 1.0), (0.004, 0.02, 1.0), (-0.004, 0.02, 1.0), (1.3, 0.3, 0.001)))
+
+    def test_sun_that_the_camera_does_not_see(self):
+        """A mix of a sky and a plain background."""
+        self.remove("mirror")
+        settings = {"sky_type": SUNNY[-1], "sun_disc": True, "sun_elevation": 0.004, "sun_rotation": 2.5, "sun_size": 0.02}
         _, surface = self.tree()
         sky = self.out("Background", "Background", {"Color": self.out("TexSky", "Color", **settings), "Strength": 0.2})
         plain = self.out("Background", "Background", {"Color": (0.3, 0.4, 0.5, 1), "Strength": 1.0})
@@ -297,7 +311,7 @@ class Worlds(Nodes):
         self.remove("matte", "glossy", "mirror")
         self.camera.rotation_euler = (math.radians(90), 0, 0)
         data = self.camera.data
-        for kind in ("SINGLE_SCATTERING", "MULTIPLE_SCATTERING") if NEW else ("NISHITA",):
+        for kind in SUNNY:
             for elevation, size, altitude in ((0.004, 0.02, 100.0), (0.0, 0.02, 0.0), (0.3, 0.009512, 100.0), (0.02, 0.3, 5000.0), (-0.1, 0.3, 0.0)):
                 self.tree()
                 data.angle = 1.3 * size
@@ -307,13 +321,14 @@ class Worlds(Nodes):
                 self.shown(self.out("TexSky", "Color", **settings), 0.001)
                 self.compare(f"disc of {kind}, {size} across, {elevation} up, {altitude} above the sea", samples=256)
 
+    @kit.long
     def test_panorama(self):
         """The whole of a sky and of the sun's disc in it, texel by texel."""
         data = self.camera.data
         data.type = "PANO"
         (data if hasattr(data, "panorama_type") else data.cycles).panorama_type = "EQUIRECTANGULAR"
         self.remove("matte", "glossy", "mirror")
-        kind = "MULTIPLE_SCATTERING" if NEW else "NISHITA"
+        kind = SUNNY[-1]
         for elevation in (0.02, 0.8, 1.5):
             self.tree()
             self.shown(self.out("TexSky", "Color", sky_type=kind, sun_elevation=elevation, sun_rotation=1.0, sun_size=0.3, sun_intensity=0.05), 0.5)
@@ -430,6 +445,7 @@ class Lights(Nodes):
                 of_shining = {"thing": ("material", "shining"), "graph_of": lambda found: " ".join(found.material("shining")["extensions"])}
                 self.compare(f"shining plane, {output}", samples=512, **of_shining)
 
+    @kit.long
     def test_spots(self):
         """Points, spheres and discs, with soft edges and turned about."""
         for radius, soft in ((0.0, False), (0.3, False), (0.3, True)):

@@ -323,10 +323,22 @@ fn single_scattering_of_a_point_lamp() {
     }
 }
 
-/// Lamps of all kinds, the one lights the way where the others do not: together they shed what they shed one by one, which is found
-/// along the way as by the phase function alone, where that finds them.
+/// Lamps of all kinds, the one lights the way where the others do not: together they shed what they shed one by one.
 #[test]
 fn lamps_along_a_way_add_up() {
+    lamps_along_a_way(false);
+}
+
+mod long {
+    /// That is found along the way as by the phase function alone, where that finds them.
+    #[test]
+    #[ignore = "long: `make test-long` runs it"]
+    fn lamps_along_a_way_are_found_by_the_phase_function() {
+        super::lamps_along_a_way(true);
+    }
+}
+
+fn lamps_along_a_way(also_blind: bool) {
     let down = |at: DVec3| {
         let turned = DMat3::from_rotation_x(-std::f64::consts::FRAC_PI_2);
         DAffine3::from_mat3_translation(turned, at)
@@ -389,6 +401,9 @@ fn lamps_along_a_way_add_up() {
         "{together} {sum} ± {}",
         spread.sqrt()
     );
+    if !also_blind {
+        return;
+    }
     let blind = RenderSettings {
         light_sampling: sundog::render::LightSampling::Bsdf,
         ..RenderSettings {
