@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod below;
+mod blended;
 mod branches;
 mod catchers;
 mod center;

@@ -77,7 +77,7 @@ fn first_hit(world: &World, sampler: &Sampler, ray: &CameraRay) -> Option<(Vec3,
         let numbers = sampler.triple_behind(Dimension::Bsdf, 0, passed);
         match tinted::<General>(world, &hit, (origin, asking), numbers) {
             Tinted::Stops(..) => return Some((origin, hit)),
-            Tinted::Passes(_, next, _) => {
+            Tinted::Passes(_, next, ..) => {
                 sender.walked += hit.distance;
                 (origin, span) = (next, (RAY_START, f32::INFINITY));
             }

@@ -3,6 +3,7 @@
 //! (Veach 1997, chapters 8 to 10; Kajiya 1986).
 
 mod below;
+mod blended;
 mod ends;
 mod leave;
 mod media;
@@ -334,19 +335,8 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             if E::EVERYTHING && (surface.disperses || self.beside.other_side.disperses) {
                 self.disperse();
             }
-            // Lobes are added in place: a BSDF is too large to be handed over.
             let mut bsdf = self.bare(&surface);
-            match &mut surface.mixed {
-                Some(mixed) if E::EVERYTHING => {
-                    mixed.add_to(&mut bsdf, surface.normals.smooth);
-                    self.beside.lobes_left_out += bsdf.left_out();
-                }
-                _ => {
-                    let frame = (surface.normals.shading, None);
-                    bsdf.add_principled(1.0, surface.principled(), surface.dielectrics, frame);
-                }
-            }
-            bsdf.finish();
+            self.add_lobes(&mut bsdf, &mut surface);
             if self.bounce == 0 {
                 self.first.albedo = bsdf.albedo();
                 self.light
@@ -372,14 +362,18 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
                 surface: &surface,
                 bsdf: &bsdf,
                 at: &self.beside.previous.at,
-                throughput: self.throughput,
+                throughput: self.throughput * self.lit(&found.hit),
                 bounce: self.bounce,
                 side: self.beside.side,
                 transparent: self.settings.transparent_left(self.passed),
                 past: &past,
                 within: &self.beside.within,
             };
-            self.rays += vertex.add_direct_light(sampler, self.light);
+            self.rays += if E::EVERYTHING {
+                vertex.add_direct_light(&self.light_numbers(), self.light)
+            } else {
+                vertex.add_direct_light(sampler, self.light)
+            };
             if self.bounce == 0 {
                 let sink = &mut *self.light.sink;
                 self.rays += sink.occlusion(|distance| vertex.openness(sampler, distance));

@@ -22,14 +22,14 @@ const FILM: u32 = 0x_0f11_a1fa;
 pub(in crate::integrator) enum Tinted {
     /// It stops there, with a weight, the numbers that are left for what it does there, and how much passes for each part that does not.
     Stops(Vec3, Vec3, f32),
-    /// It goes on with a weight, from there, so far from the surface.
-    Passes(Vec3, Vec3, f32),
+    /// It goes on with a weight, from there, so far from the surface, of which this share scatters.
+    Passes(Vec3, Vec3, f32, f32),
 }
 
 impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     /// Surfaces at which paths stop to choose that this one has passed since its last bounce.
     #[inline(always)]
-    fn tints(&self) -> u32 {
+    pub(super) fn tints(&self) -> u32 {
         match self.beside.tints {
             (bounce, tints) if E::EVERYTHING && bounce == self.bounce => tints,
             _ => 0,
@@ -77,11 +77,13 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                     self.beside.passing = passing;
                     return true;
                 }
-                Tinted::Passes(..) if left == 0 => {
+                Tinted::Passes(.., rest) if left == 0 => {
+                    self.add_light_in_passing(found, rest);
                     self.end(End::Transparent);
                     return false;
                 }
-                Tinted::Passes(weight, onward, skipped) => {
+                Tinted::Passes(weight, onward, skipped, rest) => {
+                    self.add_light_in_passing(found, rest);
                     if self.world.has_portals() && self.world.is_portal(&found.hit, ray.1) {
                         // Shadow rays do not pass beside it (in Cycles this light counts twice), and depths count it.
                         self.beside.previous.only_bsdf = true;
@@ -432,7 +434,7 @@ pub(in crate::integrator) fn tinted<E: Features>(
     // What is flat for a ray has no place by its corners.
     if world.lets_all_pass(hit) && world.strand_of(hit).is_none() {
         let (onward, skipped) = world.straight_on(hit, asking.direction);
-        return Tinted::Passes(Vec3::ONE, onward, skipped);
+        return Tinted::Passes(Vec3::ONE, onward, skipped, 0.0);
     }
     let Some((passes, rest)) = world.tint(hit, asking) else {
         return Tinted::Stops(Vec3::ONE, numbers, 0.0);
@@ -455,7 +457,7 @@ pub(in crate::integrator) fn tinted<E: Features>(
     let normal = surface.normals.geometric;
     let onward = ray_origin(surface.point, -normal);
     let skipped = onward.distance(surface.point.point);
-    Tinted::Passes(passes / p, onward, skipped)
+    Tinted::Passes(passes / p, onward, skipped, rest)
 }
 
 /// Light of the world along a ray of the camera, past everything.
