@@ -36,7 +36,7 @@ use crate::world::{
     Asking, Hit, LeftStrand, OtherSide, Passage, Past, RayKind, Scratch, Sender, Source, Surface,
     Widening, Within, World,
 };
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 use std::marker::PhantomData;
 
 pub(super) use start::{spawn_light_ray, spawn_ray};
@@ -468,15 +468,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
         {
             surface.point = point;
         }
-        self.light.sink.step(|| Step::Surface {
-            object: hit.object(),
-            triangle: hit.primitive,
-            weights: Vec2::new(hit.u, hit.v),
-            distance: hit.distance,
-            point: surface.point,
-            normals: surface.normals,
-            inside: surface.inside,
-        });
+        self.light.sink.step(|| Step::met(hit, surface));
         self.light.sink.meet(hit.distance);
         if self.bounce == 0 {
             self.first.normal = surface.normals.shading;

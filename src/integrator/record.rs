@@ -6,7 +6,7 @@ use crate::film::light_passes::{NoPasses, PassSink, PathPasses};
 use crate::math::float::BoundedPoint;
 use crate::shading::Normals;
 pub use crate::shading::Scattering;
-use crate::world::{RayKind, Source};
+use crate::world::{Hit, RayKind, Source, Surface};
 use glam::{Vec2, Vec3};
 
 /// Takes the steps of a path. The path loop is compiled with one of these: with [`NoPasses`] and [`PathPasses`]
@@ -39,7 +39,7 @@ pub enum Step {
         /// What a unit of radiance along it brings to the camera.
         throughput: Vec3,
     },
-    /// It meets a surface that it does not pass.
+    /// It meets a surface that it does not pass, or takes the light of a light sample at one that it does.
     Surface {
         /// Number of the object among those with triangles.
         object: u32,
@@ -121,6 +121,21 @@ pub enum Step {
     },
     /// The path ends.
     End(End),
+}
+
+impl Step {
+    /// A surface is met.
+    pub(super) fn met(hit: &Hit, surface: &Surface) -> Self {
+        Self::Surface {
+            object: hit.object(),
+            triangle: hit.primitive,
+            weights: Vec2::new(hit.u, hit.v),
+            distance: hit.distance,
+            point: surface.point,
+            normals: surface.normals,
+            inside: surface.inside,
+        }
+    }
 }
 
 /// A light sample.

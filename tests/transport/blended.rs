@@ -1,10 +1,11 @@
 //! Surfaces that paths pass by chance.
 
+use super::portals::material;
 use super::{colors, run, small};
 use glam::{DAffine3, DVec3};
 use sundog::scene::graph::node::{diffuse as diffuse_bsdf, mix_shader, transparent};
 use sundog::scene::graph::{Graph, Node, NodeKind};
-use sundog::scene::{LightKind, Material, Scene};
+use sundog::scene::{LightKind, Scene};
 use sundog::selftest::kit::{camera, light, place, quad};
 
 /// A sheet below a point lamp, of which so much is there.
@@ -22,17 +23,8 @@ fn sheet(share: f32) -> Scene {
         cameras: vec![camera(DVec3::new(0.0, 0.0, 2.0), 0.5)],
         ..Scene::default()
     };
-    let of = Material {
-        name: "sheet".into(),
-        graph: Graph {
-            surface: Some(surface),
-            ..graph
-        },
-        double_sided: true,
-        medium: None,
-        priority: None,
-    };
     let wall = quad([-4.0, -4.0, 0.0], [8.0, 0.0, 0.0], [0.0, 8.0, 0.0]);
+    let of = material(graph, surface);
     place(&mut scene, wall, of, &[DAffine3::IDENTITY]);
     let lamp = LightKind::Point {
         intensity: 10.0,

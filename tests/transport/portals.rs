@@ -12,7 +12,7 @@ use sundog::selftest::kit::{camera, constant_environment, diffuse, place, quad};
 /// Of Student's t with 23 degrees of freedom, so much is exceeded with a probability of 1e-4.
 const LARGEST_T: f64 = 4.7;
 
-fn material(graph: Graph, surface: Link) -> Material {
+pub fn material(graph: Graph, surface: Link) -> Material {
     Material {
         name: "portal".into(),
         graph: Graph {

@@ -7,7 +7,7 @@ use super::{Found, KernelBsdf, Walk};
 use crate::effects::Features;
 use crate::film::light_passes::PassSink;
 use crate::integrator::direct::Vertex;
-use crate::integrator::record::Record;
+use crate::integrator::record::{Record, Step};
 use crate::sampler::Sampler;
 use crate::world::{Hit, Past, Scratch, Surface, Wanted};
 
@@ -78,6 +78,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         if !bsdf.is_samplable() {
             return;
         }
+        self.light.sink.step(|| Step::met(&found.hit, &surface));
         let past = Past {
             left: world.strand_of(&found.hit),
             ..past
