@@ -79,6 +79,13 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             return;
         }
         self.light.sink.step(|| Step::met(&found.hit, &surface));
+        let mut throughput = self.throughput * rest;
+        if (surface.disperses || self.beside.other_side.disperses)
+            && let Some(counts) = self.beside.counts
+        {
+            // Its light is of one wavelength, as that of paths that stop; what passes is not.
+            throughput *= counts;
+        }
         let past = Past {
             left: world.strand_of(&found.hit),
             ..past
@@ -94,7 +101,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             surface: &surface,
             bsdf: &bsdf,
             at: &self.beside.previous.at,
-            throughput: self.throughput * rest,
+            throughput,
             bounce: self.bounce,
             side: self.beside.side,
             transparent: self.settings.transparent_left(self.passed),
