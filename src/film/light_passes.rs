@@ -10,10 +10,13 @@ use glam::{DVec2, DVec3, Vec2, Vec3};
 /// What a path tells of its light besides the sum. The path loop is compiled with one of these: with
 /// [`NoPasses`] nothing of it is left.
 pub trait PassSink {
-    /// The surface that the camera sees: shares of light that it scatters diffusely, reflects otherwise,
-    /// and lets through; texture coordinates.
+    /// A surface that the camera sees, whose light reaches it by this much: shares of light that it scatters diffusely, reflects
+    /// otherwise, and lets through. Surfaces that the path passes have theirs, too.
     #[inline(always)]
-    fn first_surface(&mut self, _colors: impl FnOnce() -> [Vec3; 3], _uv: impl FnOnce() -> Vec2) {}
+    fn first_colors(&mut self, _throughput: Vec3, _colors: impl FnOnce() -> [Vec3; 3]) {}
+    /// The first surface that the path does not pass: its texture coordinates.
+    #[inline(always)]
+    fn first_surface(&mut self, _uv: impl FnOnce() -> Vec2) {}
     /// How that surface scatters light from a direction: all of it, the diffuse part, and the share of the rest that is let
     /// through.
     #[inline(always)]
@@ -56,7 +59,7 @@ pub trait PassSink {
     /// The path goes on through a surface that tints it.
     #[inline(always)]
     fn pass(&mut self, _tint: Vec3) {}
-    /// The first surface has sent the path elsewhere: what is there is the first.
+    /// The first surface has sent the path elsewhere: what is there is the first. Its colours stay, as its light does.
     #[inline(always)]
     fn leave_first(&mut self) {}
     /// Whether light groups have the world where it is no part of the picture: in Cycles if its pass is asked for.
@@ -177,8 +180,14 @@ impl PathPasses {
 
 impl PassSink for PathPasses {
     #[inline]
-    fn first_surface(&mut self, colors: impl FnOnce() -> [Vec3; KINDS], uv: impl FnOnce() -> Vec2) {
-        self.colors = colors();
+    fn first_colors(&mut self, throughput: Vec3, colors: impl FnOnce() -> [Vec3; KINDS]) {
+        for (sum, color) in self.colors.iter_mut().zip(colors()) {
+            *sum += throughput * color;
+        }
+    }
+
+    #[inline]
+    fn first_surface(&mut self, uv: impl FnOnce() -> Vec2) {
         self.uv = uv();
         self.covered = true;
     }
@@ -281,7 +290,7 @@ impl PassSink for PathPasses {
 
     #[inline]
     fn leave_first(&mut self) {
-        (self.colors, self.uv, self.covered) = ([Vec3::ZERO; KINDS], Vec2::ZERO, false);
+        (self.uv, self.covered) = (Vec2::ZERO, false);
         (self.object, self.open) = (None, None);
     }
 

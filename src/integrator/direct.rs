@@ -283,12 +283,10 @@ impl<E: Features> Vertex<'_, E> {
         if E::EVERYTHING && self.world.has_priorities() {
             let target = Some(start + direction * distance);
             let ray = (start, direction);
-            return self.throughput * self.nested_share(ray, target, false, left);
+            return self.nested_share(ray, target, false, left);
         }
-        self.throughput
-            * self
-                .world
-                .transmittance::<E>(start, direction, distance, left)
+        self.world
+            .transmittance::<E>(start, direction, distance, left)
     }
 
     /// The BSDF's value, weighted, and its diffuse part, where some kinds of rays do not see a light: each kind is an estimate

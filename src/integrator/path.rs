@@ -176,6 +176,33 @@ struct Beside {
     passing: f32,
 }
 
+impl Beside {
+    /// A surface that light falls on. `way`: what the path brings there, how often it was scattered and has passed surfaces.
+    #[inline(always)]
+    fn vertex<'v, E: Features>(
+        &'v self,
+        (world, settings): (&'v World, &'v PathSettings),
+        (hit, surface): (&'v Hit, &'v Surface),
+        (bsdf, past): (&'v KernelBsdf<E>, &'v Past),
+        (throughput, bounce, passed): (Vec3, u32, u32),
+    ) -> Vertex<'v, E> {
+        Vertex {
+            world,
+            settings,
+            hit,
+            surface,
+            bsdf,
+            at: &self.previous.at,
+            throughput,
+            bounce,
+            side: self.side,
+            transparent: settings.transparent_left(passed),
+            past,
+            within: &self.within,
+        }
+    }
+}
+
 /// A path on its way.
 struct Walk<'a, 's, E, A> {
     world: &'a World,
@@ -337,11 +364,12 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             }
             let mut bsdf = self.bare(&surface);
             self.add_lobes(&mut bsdf, &mut surface);
+            let lit = self.throughput * self.lit(&found.hit);
             if self.bounce == 0 {
                 self.first.albedo = bsdf.albedo();
-                self.light
-                    .sink
-                    .first_surface(|| bsdf.colors(), || world.texture_coordinates(&found.hit));
+                let sink = &mut *self.light.sink;
+                sink.first_colors(lit, || bsdf.colors());
+                sink.first_surface(|| world.texture_coordinates(&found.hit));
             }
             self.light.sink.surface(|| features(&bsdf));
             // From here on for rays that leave it.
@@ -355,20 +383,10 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             };
             let receiver = self.beside.previous.at.receiver;
             self.receive(&found.hit, surface.point.point, bsdf.receiving());
-            let vertex = Vertex::<E> {
-                world,
-                settings: self.settings,
-                hit: &found.hit,
-                surface: &surface,
-                bsdf: &bsdf,
-                at: &self.beside.previous.at,
-                throughput: self.throughput * self.lit(&found.hit),
-                bounce: self.bounce,
-                side: self.beside.side,
-                transparent: self.settings.transparent_left(self.passed),
-                past: &past,
-                within: &self.beside.within,
-            };
+            let met = (&found.hit, &surface);
+            let scene = (world, self.settings);
+            let way = (lit, self.bounce, self.passed);
+            let vertex = self.beside.vertex::<E>(scene, met, (&bsdf, &past), way);
             self.rays += if E::EVERYTHING {
                 vertex.add_direct_light(&self.light_numbers(), self.light)
             } else {
@@ -376,9 +394,10 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             };
             if self.bounce == 0 {
                 let sink = &mut *self.light.sink;
-                self.rays += sink.occlusion(|distance| vertex.openness(sampler, distance));
+                let throughput = self.throughput;
+                self.rays +=
+                    sink.occlusion(|distance| throughput * vertex.openness(sampler, distance));
             }
-            let met = (&found.hit, &surface);
             let leave = |path: &mut Walk<'_, '_, E, A>| path.leave(met, &bsdf, receiver);
             if E::EVERYTHING && self.is_to_branch() {
                 self.branch(leave);

@@ -4,7 +4,6 @@
 use super::Walk;
 use crate::effects::Features;
 use crate::film::light_passes::PassSink;
-use crate::integrator::direct::Vertex;
 use crate::integrator::path::KernelBsdf;
 use crate::integrator::record::{End, Record, Step};
 use crate::math::float::{RAY_START, next_up, ray_origin};
@@ -188,22 +187,11 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         if world.has_lids() {
             self.beside.side = numbers.key(Dimension::Opacity, self.bounce);
         }
-        let vertex = Vertex::<E> {
-            world,
-            settings: self.settings,
-            hit,
-            surface: &surface,
-            bsdf: &bsdf,
-            at: &self.beside.previous.at,
-            throughput: self.throughput,
-            bounce: self.bounce,
-            side: self.beside.side,
-            transparent: self.settings.transparent_left(self.passed),
-            past: &past,
-            within: &self.beside.within,
-        };
+        let (scene, met) = ((world, self.settings), (hit, &surface));
+        let way = (self.throughput, self.bounce, self.passed);
+        let vertex = self.beside.vertex::<E>(scene, met, (&bsdf, &past), way);
         self.rays += vertex.add_direct_light(&numbers, self.light);
-        self.leave_by((hit, &surface), &bsdf, &numbers)
+        self.leave_by(met, &bsdf, &numbers)
     }
 
     /// The normal about which light comes out: the mean of what goes on below where that has normals of its own.

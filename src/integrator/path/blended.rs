@@ -6,7 +6,6 @@
 use super::{Found, KernelBsdf, Walk};
 use crate::effects::Features;
 use crate::film::light_passes::PassSink;
-use crate::integrator::direct::Vertex;
 use crate::integrator::record::{Record, Step};
 use crate::sampler::Sampler;
 use crate::world::{Hit, Past, Scratch, Surface, Wanted};
@@ -75,10 +74,6 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         }
         let mut bsdf = self.bare(&surface);
         self.add_lobes(&mut bsdf, &mut surface);
-        if !bsdf.is_samplable() {
-            return;
-        }
-        self.light.sink.step(|| Step::met(&found.hit, &surface));
         let mut throughput = self.throughput * rest;
         if (surface.disperses || self.beside.other_side.disperses)
             && let Some(counts) = self.beside.counts
@@ -86,6 +81,13 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             // Its light is of one wavelength, as that of paths that stop; what passes is not.
             throughput *= counts;
         }
+        if self.bounce == 0 {
+            self.light.sink.first_colors(throughput, || bsdf.colors());
+        }
+        if !bsdf.is_samplable() {
+            return;
+        }
+        self.light.sink.step(|| Step::met(&found.hit, &surface));
         let past = Past {
             left: world.strand_of(&found.hit),
             ..past
@@ -94,20 +96,9 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         let before = self.beside.previous.at;
         self.receive(&found.hit, surface.point.point, bsdf.receiving());
         let numbers = self.light_numbers();
-        let vertex = Vertex::<E> {
-            world,
-            settings: self.settings,
-            hit: &found.hit,
-            surface: &surface,
-            bsdf: &bsdf,
-            at: &self.beside.previous.at,
-            throughput,
-            bounce: self.bounce,
-            side: self.beside.side,
-            transparent: self.settings.transparent_left(self.passed),
-            past: &past,
-            within: &self.beside.within,
-        };
+        let (scene, met) = ((world, self.settings), (&found.hit, &surface));
+        let way = (throughput, self.bounce, self.passed);
+        let vertex = self.beside.vertex::<E>(scene, met, (&bsdf, &past), way);
         self.rays += vertex.add_direct_light(&numbers, self.light);
         self.beside.previous.at = before;
     }

@@ -4,7 +4,10 @@ use super::*;
 fn what_is_put_in_comes_out_and_grey_channels_are_filled() {
     let mut path = PathPasses::default();
     let colors = [Vec3::new(0.5, 0.25, 0.0), Vec3::splat(0.04), Vec3::ZERO];
-    path.first_surface(|| colors, || Vec2::new(0.25, 0.75));
+    // A surface that it passes, and the one behind it.
+    path.first_colors(Vec3::splat(0.25), || colors);
+    path.first_colors(Vec3::splat(0.75), || colors);
+    path.first_surface(|| Vec2::new(0.25, 0.75));
     path.first_scattering(Vec3::new(0.6, 0.4, 0.1), Vec3::new(0.3, 0.3, 0.0), || {
         Vec3::ZERO
     });
