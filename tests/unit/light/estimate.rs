@@ -36,11 +36,11 @@ fn estimates_are_what_arrives_at_most() {
             two_sided,
             front: None,
         };
-        let others = [bounds; 3].map(|b| LightBounds {
+        let dark = LightBounds {
             intensity: 0.0,
-            ..b
-        });
-        let mut lanes = [others[0], others[1], others[2], others[0]];
+            ..bounds
+        };
+        let mut lanes = [dark; LANES];
         let lane = k as usize % LANES;
         lanes[lane] = bounds;
         let point = v(13) * 20.0;
@@ -107,4 +107,25 @@ fn what_is_wholly_behind_a_normal_is_told_from_what_is_in_part() {
             "{degrees}"
         );
     }
+}
+
+/// A number falls to the share that its place on the line of all of them says, and what is left of it is its place in that; crumbs of
+/// rounding fall to the last one that is more than nothing.
+#[test]
+fn numbers_fall_to_shares() {
+    let mut shares = [[0.0; LANES]; 2];
+    (shares[0][1], shares[0][6], shares[1][2]) = (0.25, 0.5, 0.25);
+    let last = LANES + 2;
+    for (u, at, rest) in [
+        (0.0, 1, 0.0),
+        (0.125, 1, 0.5),
+        (0.25, 6, 0.0),
+        (0.5, 6, 0.5),
+        (0.75, last, 0.0),
+        (0.9375, last, 0.75),
+    ] {
+        assert_eq!(draw(&shares, u), Some((at, rest)), "{u}");
+    }
+    assert_eq!(draw(&shares, 1.0), Some((last, 1.0 - f64::EPSILON / 2.0)));
+    assert_eq!(draw(&[[0.0; LANES]], 0.5), None);
 }
