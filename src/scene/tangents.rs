@@ -1,7 +1,7 @@
 //! Tangents by MikkTSpace (Mikkelsen 2008, "Simulation of Wrinkled Surfaces Revisited"), as glTF
 //! demands where a normal map comes without them (specification 3.7.2.1).
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 use bevy_mikktspace::{Geometry, TangentSpace};
 use glam::Vec3;
@@ -82,7 +82,8 @@ pub fn compute(mesh: &mut Mesh, uv_set: usize) {
         })
         .collect();
 
-    let mut vertices: HashMap<(u32, [u32; 4]), u32> = HashMap::with_capacity(mesh.positions.len());
+    let mut vertices: FxHashMap<(u32, [u32; 4]), u32> = FxHashMap::default();
+    vertices.reserve(mesh.positions.len());
     let mut origin: Vec<u32> = Vec::with_capacity(mesh.positions.len());
     let mut kept: Vec<[f32; 4]> = Vec::with_capacity(mesh.positions.len());
     for (corner, tangent) in mesh.triangles.iter_mut().flatten().zip(&tangents) {

@@ -17,6 +17,8 @@ use crate::scene::{
 };
 use crate::shading::program::{self, Program, Root};
 use glam::{DAffine3, DVec3, Mat3, Vec3};
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 use std::collections::HashMap;
 
 /// How a vertex is shaded, by [`Part::vertices`].
@@ -60,9 +62,9 @@ pub fn displace(scene: &mut Scene, diagnostics: &mut Diagnostics) {
     {
         round(&scene.meshes, &names)
     } else {
-        HashMap::new()
+        FxHashMap::default()
     };
-    let mut moved: HashMap<Name, Vec3> = HashMap::new();
+    let mut moved: FxHashMap<Name, Vec3> = FxHashMap::default();
     for (number, mesh) in (0u32..).zip(&scene.meshes) {
         let Some(by) = of(mesh) else {
             continue;
@@ -107,7 +109,8 @@ pub fn displace(scene: &mut Scene, diagnostics: &mut Diagnostics) {
     area::clean_displaced(scene, diagnostics);
     let after = normals(&scene.meshes, &touched);
     let renewed = normals(&scene.meshes, &renews);
-    for (at, mesh) in scene.meshes.iter_mut().enumerate() {
+    let meshes = scene.meshes.par_iter_mut().enumerate();
+    meshes.for_each(|(at, mesh)| {
         if touched[at] {
             turn_normals(mesh, (&names[at], &shaded[at]), [&before, &after, &renewed]);
         }
@@ -121,7 +124,7 @@ pub fn displace(scene: &mut Scene, diagnostics: &mut Diagnostics) {
         {
             tangents::compute(mesh, set as usize);
         }
-    }
+    });
     for material in &mut scene.materials {
         if material.graph.displacement.take().is_some() {
             material.graph.prune();
@@ -162,7 +165,7 @@ fn names((number, mesh): (u32, &Mesh)) -> Vec<Name> {
             values.iter().map(name).collect()
         }
         None => {
-            let mut places: HashMap<[u32; 3], u64> = HashMap::new();
+            let mut places: FxHashMap<[u32; 3], u64> = FxHashMap::default();
             let positions = mesh.positions.iter();
             positions
                 .map(|p| {
@@ -203,8 +206,8 @@ fn offsets(
     scene: &Scene,
     (mesh, instance): (&Mesh, &Instance),
     by: &Displaced,
-    (names, round): (&[Name], &HashMap<Name, Vec3>),
-    moved: &mut HashMap<Name, Vec3>,
+    (names, round): (&[Name], &FxHashMap<Name, Vec3>),
+    moved: &mut FxHashMap<Name, Vec3>,
 ) -> Result<(), EmbreeError> {
     let everything = Attributes {
         uv_sets: usize::MAX,
@@ -281,7 +284,7 @@ fn view(scene: &Scene) -> View {
 fn move_vertices(
     mesh: &mut Mesh,
     names: &[Name],
-    moved: &HashMap<Name, Vec3>,
+    moved: &FxHashMap<Name, Vec3>,
     (shaded, renews): (Option<&[Shaded]>, bool),
 ) {
     if mesh.generated.is_none() {
@@ -325,7 +328,7 @@ fn face(mesh: &Mesh, triangle: &[u32; 3]) -> Vec3 {
 }
 
 /// The normals of the vertices of flat meshes: those that their files say, else the means of their triangles'.
-fn round(meshes: &[Mesh], names: &[Vec<Name>]) -> HashMap<Name, Vec3> {
+fn round(meshes: &[Mesh], names: &[Vec<Name>]) -> FxHashMap<Name, Vec3> {
     let told = |mesh: &Mesh| mesh.part.filter(|part| part.with_normals);
     let others: Vec<bool> = meshes
         .iter()
@@ -357,8 +360,8 @@ fn vertex_normals(
     names: &[Vec<Name>],
     of: &[bool],
     at_corners: impl Fn(&Mesh, &[u32; 3]) -> [Vec3; 3],
-) -> HashMap<Name, Vec3> {
-    let mut sums: HashMap<Name, Vec3> = HashMap::new();
+) -> FxHashMap<Name, Vec3> {
+    let mut sums: FxHashMap<Name, Vec3> = FxHashMap::default();
     for ((mesh, names), _) in meshes.iter().zip(names).zip(of).filter(|(_, of)| **of) {
         for triangle in &mesh.triangles {
             for (&corner, normal) in triangle.iter().zip(at_corners(mesh, triangle)) {
@@ -377,7 +380,7 @@ fn vertex_normals(
 fn turn_normals(
     mesh: &mut Mesh,
     (names, shaded): (&[Name], &[Shaded]),
-    [before, after, renewed]: [&HashMap<Name, Vec3>; 3],
+    [before, after, renewed]: [&FxHashMap<Name, Vec3>; 3],
 ) {
     let Some(mut normals) = mesh.normals.take() else {
         return;
@@ -389,7 +392,7 @@ fn turn_normals(
             faces[corner as usize] = normal;
         }
     }
-    let at = |normals: &HashMap<Name, Vec3>, name| normals.get(name).copied().unwrap_or_default();
+    let at = |normals: &FxHashMap<Name, Vec3>, name| normals.get(name).copied().unwrap_or_default();
     for (i, normal) in normals.iter_mut().enumerate() {
         let name = &names[i];
         let turned = match shaded[i] {
