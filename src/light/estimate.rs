@@ -4,7 +4,7 @@
 use crate::math::float::gamma;
 use glam::Vec3;
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
-use wide::{CmpGt, CmpLe, CmpLt, f32x8};
+use wide::{CmpGt, CmpLe, CmpLt, f32x8 as Lanes};
 
 /// An angle of 0 to π. Both are kept, as a sine that is computed from a cosine near 1 has no digits.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -184,66 +184,66 @@ pub struct Candidates {
     center: Lanes3,
     half: Lanes3,
     /// |half|² and |half|.
-    radius2: f32x8,
-    radius: f32x8,
+    radius2: Lanes,
+    radius: Lanes,
     /// 0 in a lane that is empty.
-    intensity: f32x8,
+    intensity: Lanes,
     axis: Lanes3,
     /// How far the box reaches along the axis from its middle.
-    reach: f32x8,
-    normals_sin: f32x8,
-    normals_cos: f32x8,
-    cos_emission: f32x8,
+    reach: Lanes,
+    normals_sin: Lanes,
+    normals_cos: Lanes,
+    cos_emission: Lanes,
     /// Masks: emits to both sides; has normals of all directions; is flat, and emits to one side alone.
-    two_sided: f32x8,
-    round: f32x8,
-    flat: f32x8,
+    two_sided: Lanes,
+    round: Lanes,
+    flat: Lanes,
     /// The plane that it can be seen from one side of: all of space is before the plane at minus infinity.
     front_normal: Lanes3,
-    front_offset: f32x8,
+    front_offset: Lanes,
 }
 
 /// Vectors, a coordinate after the other.
 #[derive(Clone, Copy, Debug)]
-struct Lanes3([f32x8; 3]);
+struct Lanes3([Lanes; 3]);
 
 impl Lanes3 {
     fn of(vectors: [Vec3; LANES]) -> Self {
-        Self([0, 1, 2].map(|axis| f32x8::from(vectors.map(|v| v[axis]))))
+        Self([0, 1, 2].map(|axis| Lanes::from(vectors.map(|v| v[axis]))))
     }
 
     #[inline]
     fn splat(v: Vec3) -> Self {
-        Self([v.x, v.y, v.z].map(f32x8::splat))
+        Self([v.x, v.y, v.z].map(Lanes::splat))
     }
 
     #[inline]
-    fn dot(&self, other: &Self) -> f32x8 {
+    fn dot(&self, other: &Self) -> Lanes {
         let (Self([ax, ay, az]), Self([bx, by, bz])) = (*self, *other);
         ax * bx + ay * by + az * bz
     }
 }
 
 /// A mask of lanes.
-fn mask(lanes: [bool; LANES]) -> f32x8 {
-    f32x8::from(lanes.map(|set| f32::from_bits(if set { u32::MAX } else { 0 })))
+fn mask(lanes: [bool; LANES]) -> Lanes {
+    Lanes::from(lanes.map(|set| f32::from_bits(if set { u32::MAX } else { 0 })))
 }
 
 /// cos(max(0, a − b)) from (sine, cosine) of angles in 0..π.
 #[inline]
-fn cos_of_difference(a: (f32x8, f32x8), b: (f32x8, f32x8)) -> f32x8 {
-    a.1.cmp_gt(b.1).blend(f32x8::ONE, a.1 * b.1 + a.0 * b.0)
+fn cos_of_difference(a: (Lanes, Lanes), b: (Lanes, Lanes)) -> Lanes {
+    a.1.cmp_gt(b.1).blend(Lanes::ONE, a.1 * b.1 + a.0 * b.0)
 }
 
 /// sin(max(0, a − b)).
 #[inline]
-fn sin_of_difference(a: (f32x8, f32x8), b: (f32x8, f32x8)) -> f32x8 {
-    a.1.cmp_gt(b.1).blend(f32x8::ZERO, a.0 * b.1 - a.1 * b.0)
+fn sin_of_difference(a: (Lanes, Lanes), b: (Lanes, Lanes)) -> Lanes {
+    a.1.cmp_gt(b.1).blend(Lanes::ZERO, a.0 * b.1 - a.1 * b.0)
 }
 
 #[inline]
-fn sin_from_cos(cos: f32x8) -> f32x8 {
-    (f32x8::ONE - cos * cos).fast_max(f32x8::ZERO).sqrt()
+fn sin_from_cos(cos: Lanes) -> Lanes {
+    (Lanes::ONE - cos * cos).fast_max(Lanes::ZERO).sqrt()
 }
 
 impl Candidates {
@@ -261,7 +261,7 @@ impl Candidates {
         };
         let all: [LightBounds; LANES] =
             std::array::from_fn(|lane| *bounds.get(lane).unwrap_or(&empty));
-        let lanes = |of: fn(&LightBounds) -> f32| f32x8::from(all.each_ref().map(of));
+        let lanes = |of: fn(&LightBounds) -> f32| Lanes::from(all.each_ref().map(of));
         let vectors = |of: fn(&LightBounds) -> Vec3| Lanes3::of(all.each_ref().map(of));
         let masks = |of: fn(&LightBounds) -> bool| mask(all.each_ref().map(of));
         let (center, half) = (vectors(LightBounds::center), vectors(LightBounds::half));
@@ -287,17 +287,17 @@ impl Candidates {
     /// Estimates of the irradiance that each sends to a point: an upper bound of the angles, the middle for the distance. 0
     /// only where nothing can arrive, at most [`MOST`].
     #[inline]
-    pub fn importance(&self, point: Vec3, normal: Option<Vec3>) -> f32x8 {
-        let margin = f32x8::splat(ANGLE_MARGIN);
-        let smallest = f32x8::splat(f32::MIN_POSITIVE);
+    pub fn importance(&self, point: Vec3, normal: Option<Vec3>) -> Lanes {
+        let margin = Lanes::splat(ANGLE_MARGIN);
+        let smallest = Lanes::splat(f32::MIN_POSITIVE);
         let at = Lanes3::splat(point);
         let to = Lanes3([0, 1, 2].map(|axis| self.center.0[axis] - at.0[axis]));
         let d2 = to.dot(&to);
-        let per_d2 = f32x8::ONE / d2.fast_max(smallest);
+        let per_d2 = Lanes::ONE / d2.fast_max(smallest);
         let per_d = per_d2.sqrt();
         // Half the angle of the sphere about the box.
         let sin2 = self.radius2 * per_d2;
-        let cos = (f32x8::ONE - sin2).fast_max(f32x8::ZERO).sqrt();
+        let cos = (Lanes::ONE - sin2).fast_max(Lanes::ZERO).sqrt();
         let sphere = (sin2.sqrt(), cos);
 
         let along = self.axis.dot(&to);
@@ -306,20 +306,20 @@ impl Candidates {
         let w = (sin_from_cos(cos_w), cos_w);
         let normals = (self.normals_sin, self.normals_cos);
         let x = (sin_of_difference(w, normals), cos_of_difference(w, normals));
-        let emitted = self.round.blend(f32x8::ONE, cos_of_difference(x, sphere));
+        let emitted = self.round.blend(Lanes::ONE, cos_of_difference(x, sphere));
         // All are flat and look the other way, by their box: wide sheets of lights, a ceiling or a wall of screens, have
         // everything in the sphere around them, or nearly so. f32 holds cones of normals up to the margin for one direction.
         let averted = self.flat & (self.reach - along).cmp_lt(-margin * (d2.sqrt() + self.radius));
         let unlit = averted | self.front_normal.dot(&at).cmp_le(self.front_offset);
         let turned = emitted.cmp_le(self.cos_emission - margin) & !self.round;
 
-        let (mut below, mut sunken, mut received) = (f32x8::ZERO, f32x8::ZERO, f32x8::ONE);
+        let (mut below, mut sunken, mut received) = (Lanes::ZERO, Lanes::ZERO, Lanes::ONE);
         if let Some(normal) = normal {
             let (n, across) = (Lanes3::splat(normal), Lanes3::splat(normal.abs()));
             let (height, reach) = (n.dot(&to), across.dot(&self.half));
-            let size = across.dot(&Lanes3(to.0.map(f32x8::abs))) + reach;
+            let size = across.dot(&Lanes3(to.0.map(Lanes::abs))) + reach;
             // Below the surface's horizon, by the box. Three differences, three products, two sums.
-            below = (height + reach).cmp_lt(f32x8::splat(-gamma(8)) * size);
+            below = (height + reach).cmp_lt(Lanes::splat(-gamma(8)) * size);
             let cos_i = height * per_d;
             received = cos_of_difference((sin_from_cos(cos_i), cos_i), sphere);
             sunken = received.cmp_le(-margin);
@@ -328,11 +328,11 @@ impl Candidates {
             self.intensity * emitted.fast_max(margin) * received.fast_max(margin) * per_d2;
         // Inside the bounds all is possible, and the distance is of the size of the bounds.
         let inside = self.intensity / d2.fast_max(self.radius2).fast_max(smallest);
-        let is_inside = d2.cmp_le(self.radius2 * f32x8::splat(1.0 + 1e-5));
+        let is_inside = d2.cmp_le(self.radius2 * Lanes::splat(1.0 + 1e-5));
         let estimate = is_inside
-            .blend(inside, (turned | sunken).blend(f32x8::ZERO, outside))
-            .fast_min(f32x8::splat(MOST));
-        (unlit | below | self.intensity.cmp_le(f32x8::ZERO)).blend(f32x8::ZERO, estimate)
+            .blend(inside, (turned | sunken).blend(Lanes::ZERO, outside))
+            .fast_min(Lanes::splat(MOST));
+        (unlit | below | self.intensity.cmp_le(Lanes::ZERO)).blend(Lanes::ZERO, estimate)
     }
 }
 
@@ -349,17 +349,17 @@ pub fn weigh(
     for (shares, group) in shares.iter_mut().zip(groups) {
         let estimates = group.importance(point, normal);
         *shares = estimates.to_array();
-        // In an order of its own: the same bits on every processor.
+        // Not by `reduce_add`, whose order hangs on the processor, and with it the bits.
         let [a, b, c, d, e, f, g, h] = *shares;
         sum += ((a + e) + (c + g)) + ((b + f) + (d + h));
-        shining += estimates.cmp_gt(f32x8::ZERO).move_mask().count_ones() as f32;
+        shining += estimates.cmp_gt(Lanes::ZERO).move_mask().count_ones() as f32;
     }
     if sum > 0.0 {
-        let scale = f32x8::splat((1.0 - shining * LEAST_SHARE) / sum);
+        let scale = Lanes::splat((1.0 - shining * LEAST_SHARE) / sum);
         for shares in shares.iter_mut().take(groups.len()) {
-            let estimates = f32x8::from(*shares);
-            let share = estimates * scale + f32x8::splat(LEAST_SHARE);
-            *shares = (share & estimates.cmp_gt(f32x8::ZERO)).to_array();
+            let estimates = Lanes::from(*shares);
+            let share = estimates * scale + Lanes::splat(LEAST_SHARE);
+            *shares = (share & estimates.cmp_gt(Lanes::ZERO)).to_array();
         }
     }
     sum

@@ -82,8 +82,8 @@ pub fn compute(mesh: &mut Mesh, uv_set: usize) {
         })
         .collect();
 
-    let mut vertices: FxHashMap<(u32, [u32; 4]), u32> = FxHashMap::default();
-    vertices.reserve(mesh.positions.len());
+    let mut vertices: FxHashMap<(u32, [u32; 4]), u32> =
+        FxHashMap::with_capacity_and_hasher(mesh.positions.len(), Default::default());
     let mut origin: Vec<u32> = Vec::with_capacity(mesh.positions.len());
     let mut kept: Vec<[f32; 4]> = Vec::with_capacity(mesh.positions.len());
     for (corner, tangent) in mesh.triangles.iter_mut().flatten().zip(&tangents) {
