@@ -78,6 +78,7 @@ const PATHS: PathSettings = PathSettings {
     bounces: 12,
     limits: [u32::MAX; 3],
     transparent: u32::MAX,
+    alpha_threshold: 0.5,
     clamp: [f32::INFINITY; 2],
     filter_glossy: 0.0,
     transparent_film: false,

@@ -106,8 +106,8 @@ def arguments(scene, layer, abilities, warn):
 _FALLOFFS = {"QUADRATIC": 2.0, "LINEAR": 1.0, "INVERSE_QUADRATIC": 0.5}
 
 
-def pass_arguments(passes, abilities, world=None):
-    """Flags for the passes that the last frame shall have."""
+def pass_arguments(passes, abilities, layer, world=None):
+    """Flags for the passes of a view layer that the last frame shall have."""
     if not abilities.has("passes"):
         return []
     # Those of light groups come with the file.
@@ -122,4 +122,6 @@ def pass_arguments(passes, abilities, world=None):
         result += ["--mist", f"{start!r},{depth!r},{power}"]
     if any(p.program == "AO" for p in passes) and world is not None and abilities.has("ao-distance"):
         result += ["--ao-distance", repr(world.light_settings.distance)]
+    if abilities.has("alpha-threshold"):
+        result += ["--alpha-threshold", f"{layer.pass_alpha_threshold:.6g}"]
     return result

@@ -135,7 +135,7 @@ class _LayerRender:
         for name in passes.left_out(self.layer):
             self.warn(f"there is no pass \"{name}\": it is left out")
         arguments += denoise.arguments(self.scene, self.layer, abilities, self.warn)
-        arguments += command.pass_arguments(self.screen.wanted, abilities, self.scene.world)
+        arguments += command.pass_arguments(self.screen.wanted, abilities, self.layer, self.scene.world)
         names = self.screen.views
         seen = [views.of_engine(self.engine, self.depsgraph, name) for name in names if name]
         with Folder(bpy.app.tempdir) as folder:

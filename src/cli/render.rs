@@ -246,6 +246,7 @@ impl Render {
             mist: self.passes.mist,
             center_passes: self.passes.centre_passes,
             ao_distance: self.passes.ao_distance as f32,
+            alpha_threshold: self.passes.alpha_threshold as f32,
             effects: self.effects.effects.clone(),
             ..options
         })

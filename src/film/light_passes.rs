@@ -14,7 +14,7 @@ pub trait PassSink {
     /// otherwise, and lets through. Surfaces that the path passes have theirs, too.
     #[inline(always)]
     fn first_colors(&mut self, _throughput: Vec3, _colors: impl FnOnce() -> [Vec3; 3]) {}
-    /// The first surface that the path does not pass: its texture coordinates.
+    /// The first surface of which enough is there: its texture coordinates.
     #[inline(always)]
     fn first_surface(&mut self, _uv: impl FnOnce() -> Vec2) {}
     /// How that surface scatters light from a direction: all of it, the diffuse part, and the share of the rest that is let
@@ -48,9 +48,14 @@ pub trait PassSink {
     /// Light that a ray has found, wherever it comes from.
     #[inline(always)]
     fn shine(&mut self, _light: Vec3) {}
-    /// The first surface that the camera's ray does not pass.
+    /// A surface that the camera sees: the first that the path does not pass, and those that it passes before.
     #[inline(always)]
     fn first_object(&mut self, _object: impl FnOnce() -> FirstObject) {}
+    /// Whether ambient occlusion is asked for.
+    #[inline(always)]
+    fn asks_occlusion(&self) -> bool {
+        false
+    }
     /// Ambient occlusion of that surface, by what a ray meets within a distance. Rays that it took.
     #[inline(always)]
     fn occlusion(&mut self, _open: impl FnOnce(f32) -> Vec3) -> u32 {
@@ -102,10 +107,8 @@ pub struct PathPasses {
     through: Vec3,
     /// For denoisers.
     pub features: PathFeatures,
-    /// What was met first, if it is asked for.
-    pub object: Option<FirstObject>,
-    /// What comes through to it from around, if it is asked for.
-    pub open: Option<Vec3>,
+    /// What was met first and on the way there, if it is asked for.
+    pub objects: Vec<FirstObject>,
     /// By light group.
     pub groups: Vec<Vec3>,
     /// Where it has met a shadow catcher. What comes by way of that is in no pass of light, as in Cycles.
@@ -150,17 +153,20 @@ impl PathPasses {
         light.copied().all(Vec3::is_finite)
             && self.uv.is_finite()
             && self.features.is_finite()
-            && self
-                .object
-                .is_none_or(|object| object.weight.is_finite() && object.distance.is_finite())
-            && self.open.is_none_or(Vec3::is_finite)
+            && self.objects.iter().all(FirstObject::is_finite)
     }
 
     /// Tells of data what the ray through the pixel's middle tells: texture coordinates, and what it meets.
     pub fn center(&mut self, met: Option<(Vec2, FirstObject)>) {
         self.uv = met.map_or(Vec2::ZERO, |(uv, _)| uv);
         self.covered = met.is_some();
-        self.object = met.map(|(_, object)| object).filter(|_| self.asked.object);
+        // Ambient occlusion is not of the middle alone.
+        let open = self.objects.drain(..).map(|object| object.open).sum();
+        if self.asked.object {
+            let nothing = FirstObject::default();
+            let object = met.map_or(nothing, |(_, object)| object);
+            self.objects.push(FirstObject { open, ..object });
+        }
     }
 
     /// Light of the world, straight to the camera.
@@ -270,8 +276,13 @@ impl PassSink for PathPasses {
     #[inline]
     fn first_object(&mut self, object: impl FnOnce() -> FirstObject) {
         if self.asked.object {
-            self.object = Some(object());
+            self.objects.push(object());
         }
+    }
+
+    #[inline]
+    fn asks_occlusion(&self) -> bool {
+        self.asked.occlusion.is_some()
     }
 
     #[inline]
@@ -279,7 +290,9 @@ impl PassSink for PathPasses {
         let Some(distance) = self.asked.occlusion else {
             return 0;
         };
-        self.open = Some(open(distance));
+        if let Some(object) = self.objects.last_mut() {
+            object.open = open(distance);
+        }
         1
     }
 
@@ -291,7 +304,7 @@ impl PassSink for PathPasses {
     #[inline]
     fn leave_first(&mut self) {
         (self.uv, self.covered) = (Vec2::ZERO, false);
-        (self.object, self.open) = (None, None);
+        self.objects.pop();
     }
 
     #[inline]

@@ -14,15 +14,27 @@ const ONE: f64 = 4_294_967_296.0;
 /// No object.
 const NONE: u32 = 0;
 
-/// What a path of the camera meets first, beyond what it passes.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What a path of the camera meets first; what it passes by chance is met, too.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FirstObject {
     /// Its number.
     pub number: u32,
-    /// How much of the sample is its.
+    /// How much of the sample is its, for mattes …
     pub weight: f32,
+    /// … and for mist: they differ where coloured light is before a surface that lets coloured light pass.
+    pub there: f32,
     /// From the camera.
     pub distance: f32,
+    /// What comes through to it from around, if that is asked for.
+    pub open: Vec3,
+}
+
+impl FirstObject {
+    /// Whether its numbers are some.
+    pub fn is_finite(&self) -> bool {
+        let numbers = [self.weight, self.there, self.distance];
+        numbers.iter().all(|number| number.is_finite()) && self.open.is_finite()
+    }
 }
 
 /// Blender's mist: nothing up to `start`, all from `start + depth` on.
@@ -142,14 +154,12 @@ pub struct PixelObjects {
 impl PixelObjects {
     /// Adds what a sample has met.
     pub fn add(&mut self, first: &FirstObject, mist: Mist) {
-        self.add_weight(first.number.saturating_add(1), fixed(first.weight));
-        let clear = (1.0 - mist.at(first.distance)) * first.weight;
+        if first.weight > 0.0 {
+            self.add_weight(first.number.saturating_add(1), fixed(first.weight));
+        }
+        let clear = (1.0 - mist.at(first.distance)) * first.there;
         self.clear = self.clear.saturating_add(fixed(clear));
-    }
-
-    /// Adds what comes through from around to what a sample has met.
-    pub fn add_open(&mut self, open: Vec3) {
-        for (sum, value) in self.open.iter_mut().zip(open.to_array()) {
+        for (sum, value) in self.open.iter_mut().zip(first.open.to_array()) {
             *sum = sum.saturating_add(fixed(value));
         }
     }

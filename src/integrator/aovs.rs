@@ -1,12 +1,12 @@
 //! What the first surfaces tell passes of the scene's own (Blender's AOVs), and how they move.
 //!
 //! As in Cycles (kernel/svm/aov.h, kernel/film/data_passes.h): values are not weighted, and each surface is heard that the
-//! ray of the camera meets up to the first whose opacity is at least one half. A fainter one lets the ray through as often as
+//! ray of the camera meets up to the first of which enough is there (by Cycles' "Alpha Threshold" of passes). A fainter one lets the ray through as often as
 //! Cycles chooses its transparency among its closures; the others have a motion, as has the world. A way of its own, so that path loops
 //! know nothing of it.
 
 use super::PathSettings;
-use super::path::KernelBsdf;
+use super::path::{KernelBsdf, is_enough};
 use crate::camera::CameraRay;
 use crate::effects::General;
 use crate::math::average;
@@ -15,8 +15,6 @@ use crate::sampler::{Dimension, Sampler};
 use crate::world::{Asking, RayKind, Scratch, Sender, Surface, Wanted, World};
 use glam::{Vec2, Vec3};
 
-/// Cycles' "Alpha Threshold" of passes, as Blender sets it.
-const OPAQUE: f32 = 0.5;
 /// Sums of motion vectors: to before, from after, and how many there are.
 pub const VECTOR_SUMS: usize = 5;
 /// Surfaces that a ray passes at the most.
@@ -47,8 +45,7 @@ pub fn add_aovs(
         };
         let asking = Asking::of(&sender, direction, &hit);
         let (passes, rest) = world.add_aovs(&hit, asking, sums);
-        let opacity = average(Vec3::ONE - passes.clamp(Vec3::ZERO, Vec3::ONE));
-        if opacity >= OPAQUE {
+        if is_enough(settings, passes) {
             add_vectors(vectors, || world.vectors(&hit));
             return passed + 1;
         }

@@ -1,7 +1,8 @@
 //! What the ray through a pixel's middle meets: depth, position and indices, and other passes of data on request.
 
+use super::PathSettings;
 use super::aovs::MOST_PASSED;
-use super::path::{Tinted, tinted};
+use super::path::{HeldOut, Tinted, is_enough, tinted};
 use crate::camera::CameraRay;
 use crate::effects::General;
 use crate::film::objects::FirstObject;
@@ -23,8 +24,13 @@ pub struct Center {
 }
 
 /// What a ray of the camera meets.
-pub fn center(world: &World, sampler: &Sampler, ray: &CameraRay) -> Option<Center> {
-    let (origin, hit) = first_hit(world, sampler, ray)?;
+pub fn center(
+    world: &World,
+    settings: &PathSettings,
+    sampler: &Sampler,
+    ray: &CameraRay,
+) -> Option<Center> {
+    let (origin, hit) = first_hit(world, settings, sampler, ray)?;
     let sender = Sender {
         near: ray.near,
         time: ray.time,
@@ -39,13 +45,22 @@ pub fn center(world: &World, sampler: &Sampler, ray: &CameraRay) -> Option<Cente
         object: FirstObject {
             number: hit.object(),
             weight: 1.0,
+            there: 1.0,
             distance: world.camera.distance(surface.point.point),
+            ..FirstObject::default()
         },
     })
 }
 
-/// What a ray of the camera meets; a holdout counts as nothing, as in Cycles.
-fn first_hit(world: &World, sampler: &Sampler, ray: &CameraRay) -> Option<(Vec3, Hit)> {
+/// What a ray of the camera meets, as in Cycles (kernel/film/data_passes.h): the first surface of which enough is there, or a fainter
+/// one where the ray stops. A holdout counts as nothing, one that lets light pass as a whole surface.
+fn first_hit(
+    world: &World,
+    settings: &PathSettings,
+    sampler: &Sampler,
+    ray: &CameraRay,
+) -> Option<(Vec3, Hit)> {
+    let mut passed_last = None;
     let (mut origin, mut span) = (ray.origin, (ray.near, ray.far));
     let mut sender = Sender {
         time: ray.time,
@@ -57,7 +72,14 @@ fn first_hit(world: &World, sampler: &Sampler, ray: &CameraRay) -> Option<(Vec3,
         let numbers = (sampler, 0);
         let hit = world.intersect::<General>(origin, ray.direction, span, sender, numbers)?;
         if world.is_holdout(&hit) {
-            return None;
+            let asking = Asking::of(&sender, ray.direction, &hit);
+            let tint = world.tint(&hit, asking);
+            let passes = tint.is_some_and(|(passes, _)| passes != Vec3::ZERO);
+            return if passes {
+                Some((origin, hit))
+            } else {
+                passed_last
+            };
         }
         if world.has_priorities() {
             let inside = (&within, &mut passage);
@@ -75,25 +97,34 @@ fn first_hit(world: &World, sampler: &Sampler, ray: &CameraRay) -> Option<(Vec3,
         }
         let asking = Asking::of(&sender, ray.direction, &hit);
         let numbers = sampler.triple_behind(Dimension::Bsdf, 0, passed);
-        match tinted::<General>(world, &hit, (origin, asking), numbers) {
-            Tinted::Stops(..) => return Some((origin, hit)),
-            Tinted::Passes(_, next, ..) => {
+        match tinted::<General>(world, &hit, (origin, asking), (numbers, HeldOut::Share)) {
+            Tinted::Passes(passing) if !is_enough(settings, passing.passes) => {
+                passed_last = Some((origin, hit));
                 sender.walked += hit.distance;
-                (origin, span) = (next, (RAY_START, f32::INFINITY));
+                (origin, span) = (passing.onward, (RAY_START, f32::INFINITY));
             }
+            _ => return Some((origin, hit)),
         }
     }
     None
 }
 
 /// The same as passes tell of it, and its object's number.
-pub fn meet(world: &World, sampler: &Sampler, ray: &CameraRay) -> (CenterSample, Option<u32>) {
-    first_hit(world, sampler, ray).map_or((CenterSample::default(), None), |(origin, hit)| {
-        let point = origin + ray.direction * hit.distance;
-        let center = CenterSample {
-            depth: world.camera.depth(point),
-            position: (world.origin + point.as_dvec3()).as_vec3(),
-        };
-        (center, Some(hit.object()))
-    })
+pub fn meet(
+    world: &World,
+    settings: &PathSettings,
+    sampler: &Sampler,
+    ray: &CameraRay,
+) -> (CenterSample, Option<u32>) {
+    first_hit(world, settings, sampler, ray).map_or(
+        (CenterSample::default(), None),
+        |(origin, hit)| {
+            let point = origin + ray.direction * hit.distance;
+            let center = CenterSample {
+                depth: world.camera.depth(point),
+                position: (world.origin + point.as_dvec3()).as_vec3(),
+            };
+            (center, Some(hit.object()))
+        },
+    )
 }

@@ -13,8 +13,10 @@ mod portal;
 mod start;
 mod wide;
 
+pub(super) use blended::is_enough;
 pub use onward::behind;
-pub(super) use onward::{Tinted, tinted};
+pub(super) use onward::{HeldOut, Tinted, tinted};
+use onward::{Passing, Stopped};
 
 use super::accumulator::Accumulator;
 use super::direct::Vertex;
@@ -25,10 +27,8 @@ use crate::effects::Features;
 use crate::film::catchers::Split;
 use crate::film::features::SurfaceFeatures;
 use crate::film::light_passes::{NoPasses, PassSink};
-use crate::film::objects::FirstObject;
 use crate::film::pixel::FirstHit;
 use crate::light::{LightSampleContext, Shadows};
-use crate::math::average;
 use crate::math::float::{BoundedPoint, is_unit};
 use crate::sampler::{Dimension, Sampler};
 use crate::shading::{Bsdf, BsdfFeatures, BsdfSample, Scattering};
@@ -170,10 +170,12 @@ struct Beside {
     is_through: bool,
     /// A bounce, and the surfaces that the path has passed since, at which it might have stopped to choose.
     tints: (u32, u32),
-    /// Of the numbers that have stopped it at its surface: for what it does there.
-    left_over: Option<Vec3>,
-    /// What passes straight on there for each part that does not.
-    passing: f32,
+    /// How it has stopped at its surface, if it could have passed that.
+    stopped: Option<Stopped>,
+    /// Whether passes of data have their surface.
+    is_noted: bool,
+    /// How much of the picture is empty, by what the path has met.
+    seen_through: f32,
 }
 
 impl Beside {
@@ -277,8 +279,9 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         portals: 0,
         is_through: false,
         tints: (0, 0),
-        left_over: None,
-        passing: 0.0,
+        stopped: None,
+        is_noted: false,
+        seen_through: 0.0,
     };
     if E::EVERYTHING
         && let Some(spectrum) = world.spectrum()
@@ -369,7 +372,6 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
                 self.first.albedo = bsdf.albedo();
                 let sink = &mut *self.light.sink;
                 sink.first_colors(lit, || bsdf.colors());
-                sink.first_surface(|| world.texture_coordinates(&found.hit));
             }
             self.light.sink.surface(|| features(&bsdf));
             // From here on for rays that leave it.
@@ -393,10 +395,9 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
                 vertex.add_direct_light(sampler, self.light)
             };
             if self.bounce == 0 {
+                let (there, numbers) = (self.there(), self.light_numbers());
                 let sink = &mut *self.light.sink;
-                let throughput = self.throughput;
-                self.rays +=
-                    sink.occlusion(|distance| throughput * vertex.openness(sampler, distance));
+                self.rays += sink.occlusion(|distance| there * vertex.openness(&numbers, distance));
             }
             let leave = |path: &mut Walk<'_, '_, E, A>| path.leave(met, &bsdf, receiver);
             if E::EVERYTHING && self.is_to_branch() {
@@ -490,17 +491,13 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
         self.light.sink.step(|| Step::met(hit, surface));
         self.light.sink.meet(hit.distance);
         if self.bounce == 0 {
-            self.first.normal = surface.normals.shading;
-            let (world, throughput) = (self.world, self.throughput);
-            if E::EVERYTHING && world.is_catcher(hit) {
+            let throughput = self.throughput;
+            if E::EVERYTHING && self.world.is_catcher(hit) {
                 let before = self.light.radiance;
                 self.light.sink.split(|| Split { throughput, before });
             }
-            self.light.sink.first_object(|| FirstObject {
-                number: hit.object(),
-                weight: average(throughput),
-                distance: world.camera.distance(surface.point.point),
-            });
+            let (brought, passes) = self.brought();
+            self.note(hit, surface, brought, passes);
         }
     }
 

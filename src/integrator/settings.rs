@@ -16,6 +16,8 @@ pub struct PathSettings {
     /// Surfaces that a path may pass by their opacity, as Cycles counts its transparent "Max Bounces";
     /// `u32::MAX` for no limit.
     pub transparent: u32,
+    /// How much of a surface has to be there for passes of data to stop at it: Cycles' "Alpha Threshold" of passes.
+    pub alpha_threshold: f32,
     /// Greatest mean of the channels that one contribution may have: direct light, indirect light.
     /// Infinite for no limit.
     pub clamp: [f32; 2],

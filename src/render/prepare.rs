@@ -406,6 +406,7 @@ fn path_settings(settings: &RenderSettings, branches: u32) -> PathSettings {
         bounces: settings.bounces,
         limits: [limits.diffuse, limits.glossy, limits.transmission].map(most),
         transparent: most(limits.transparent),
+        alpha_threshold: settings.alpha_threshold,
         volume_limit: most(limits.volume),
         clamp: [limit(settings.clamp_direct), limit(settings.clamp_indirect)],
         filter_glossy: settings.filter_glossy,

@@ -18,6 +18,13 @@ pub const MAX_BRANCHES: u32 = 64;
 /// How far ambient occlusion looks in a new world of Blender's, metres.
 const AO_DISTANCE: f32 = 10.0;
 
+/// Blender's threshold in a new file.
+const ALPHA_THRESHOLD: f32 = 0.5;
+
+fn is_blenders_threshold(threshold: &f32) -> bool {
+    *threshold == ALPHA_THRESHOLD
+}
+
 fn is_blenders_distance(distance: &f32) -> bool {
     *distance == AO_DISTANCE
 }
@@ -68,6 +75,10 @@ pub struct RenderSettings {
     /// How far the pass of ambient occlusion looks, metres.
     #[serde(skip_serializing_if = "is_blenders_distance")]
     pub ao_distance: f32,
+    /// How much of a surface has to be there for passes of data (depth, position, indices, normals, texture coordinates, motion) to
+    /// stop at it.
+    #[serde(skip_serializing_if = "is_blenders_threshold")]
+    pub alpha_threshold: f32,
     /// Passes of data (normals, texture coordinates, mist, Cryptomatte) are of the ray through each pixel's middle alone, as depths,
     /// positions and indices ever are.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
@@ -134,6 +145,7 @@ impl Default for RenderSettings {
             passes: Passes::default(),
             mist: Mist::default(),
             ao_distance: AO_DISTANCE,
+            alpha_threshold: ALPHA_THRESHOLD,
             center_passes: false,
             error_target: 0.0,
             pixel_error_target: 0.0,

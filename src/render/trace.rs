@@ -254,7 +254,7 @@ impl Job<'_> {
         if ray.is_none() {
             return (CenterSample::default(), None);
         }
-        integrator::meet(self.world, &sampler, &ray)
+        integrator::meet(self.world, &self.path, &sampler, &ray)
     }
 
     /// The same as passes of data tell of it, if they tell of nothing else.
@@ -262,7 +262,8 @@ impl Job<'_> {
     fn center(&self, x: u32, y: u32) -> Option<Center> {
         let sampler = self.sequence.sampler(x, y, 0);
         let ray = self.ray(x, y, &sampler, Vec2::ZERO);
-        let met = (!ray.is_none()).then(|| integrator::center(self.world, &sampler, &ray));
+        let met =
+            (!ray.is_none()).then(|| integrator::center(self.world, &self.path, &sampler, &ray));
         met.flatten()
             .filter(|met| met.normal.is_finite() && met.uv.is_finite())
     }
@@ -329,10 +330,9 @@ impl Job<'_> {
             for (sum, light) in beside.groups.iter_mut().zip(&path.groups) {
                 *sum += light.as_dvec3();
             }
-            if let (Some(sums), Some(object)) = (beside.objects, &path.object) {
-                sums.add(object, self.mist);
-                if let Some(open) = path.open {
-                    sums.add_open(open);
+            if let Some(sums) = beside.objects {
+                for object in &path.objects {
+                    sums.add(object, self.mist);
                 }
             }
         }

@@ -4,9 +4,8 @@ use super::Options;
 use super::albedos::AlbedoTables;
 use super::asking::Past;
 use super::covered::{self, layers_at};
-use super::passing::{asks_paths, is_blended};
+use super::passing::{asks_paths, has_holdout, is_blended};
 use crate::effects::{self, Effect};
-use crate::math::average;
 use crate::math::primaries::WorkingSpace;
 use crate::scene::graph::function::PlaceInput;
 use crate::scene::graph::{Graph, ShaderRules, TangentKind};
@@ -28,7 +27,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// A material ready for rays.
 #[derive(Debug)]
 pub struct PreparedMaterial {
-    programs: Programs,
+    pub(super) programs: Programs,
     /// What it is where nothing varies.
     base: Principled,
     /// Emitted radiance before textures.
@@ -191,6 +190,7 @@ impl Preparer {
                     || asks_paths(&programs)
                     || is_blended(&programs) && !summary.lets_all_pass
                     || has_portal
+                    || has_holdout(&programs)
                     || m.medium.is_some()
                     || m.priority.is_some()),
             lets_all_pass: summary.lets_all_pass,
@@ -212,9 +212,6 @@ impl Preparer {
         }
     }
 }
-
-/// A portal of less weight is none, as in Cycles.
-const LEAST_PORTAL: f32 = 1e-5;
 
 /// A black surface, where there is no other.
 const MATTE: Principled = Principled {
@@ -600,44 +597,6 @@ impl PreparedMaterial {
     pub fn add_aovs(&self, at: &impl Place, sums: &mut [f64]) {
         if let Some(aovs) = &self.programs.aovs {
             aovs.add(at, sums);
-        }
-    }
-
-    /// What passes straight on at a point, as a colour, and the share of the rest.
-    pub fn passing(&self, at: &impl Place) -> (Vec3, f32) {
-        match &self.programs.opacity {
-            None => (Vec3::ZERO, 1.0),
-            Some(opacity) => opacity.program.at(at, |at| {
-                (at.color(&opacity.transmittance), at.number(&opacity.rest))
-            }),
-        }
-    }
-
-    /// What portals take at a point beside what passes straight on, as a colour; `None` where that is nothing.
-    pub fn portal(&self, at: &impl Place) -> Option<Vec3> {
-        let opacity = self.programs.opacity.as_ref()?;
-        let root = opacity.portal.as_ref()?;
-        let taken = opacity.program.at(at, |at| at.color(root));
-        (average(taken) >= LEAST_PORTAL).then_some(taken)
-    }
-
-    /// [`Self::passing`] for shadow rays. They pass no portal, nor beside it, so that rays find what is behind it. Cycles' count a
-    /// portal to what is transparent beside it, if something is, although rays find that light again.
-    pub fn passing_to_light(&self, at: &impl Place, as_cycles: bool) -> (Vec3, f32) {
-        let (passes, rest) = self.passing(at);
-        match self.portal(at) {
-            None => (passes, rest),
-            Some(portal) if as_cycles && average(passes) >= LEAST_PORTAL => (passes + portal, rest),
-            Some(_) => (Vec3::ZERO, 1.0),
-        }
-    }
-
-    /// Opacity at a point, 0..=1; cut-outs are 0 or 1.
-    #[inline]
-    pub fn opacity(&self, at: &impl Place) -> f32 {
-        match &self.programs.opacity {
-            None => 1.0,
-            Some(opacity) => opacity.program.at(at, |at| at.number(&opacity.rest)),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::light::program::{LookingRay, ShinePoint};
+use crate::math::average;
 use crate::sampler::{Dimension, Sampler};
 use crate::scene::graph::function::{PathDepth, PlaceInput};
 use crate::shading::program::Programs;
@@ -78,6 +79,68 @@ impl Share {
             left: (limit != u32::MAX).then_some(limit),
         }
     }
+}
+
+/// A portal of less weight is none, as in Cycles.
+const LEAST_PORTAL: f32 = 1e-5;
+
+impl PreparedMaterial {
+    /// What passes straight on at a point, as a colour, and the share of the rest.
+    pub fn passing(&self, at: &impl Place) -> (Vec3, f32) {
+        match &self.programs.opacity {
+            None => (Vec3::ZERO, 1.0),
+            Some(opacity) => opacity.program.at(at, |at| {
+                (at.color(&opacity.transmittance), at.number(&opacity.rest))
+            }),
+        }
+    }
+
+    /// What portals take at a point beside what passes straight on, as a colour; `None` where that is nothing.
+    pub fn portal(&self, at: &impl Place) -> Option<Vec3> {
+        let opacity = self.programs.opacity.as_ref()?;
+        let root = opacity.portal.as_ref()?;
+        let taken = opacity.program.at(at, |at| at.color(root));
+        (average(taken) >= LEAST_PORTAL).then_some(taken)
+    }
+
+    /// The share of a point that holdouts empty; `None` where that is nothing.
+    pub fn held_out(&self, at: &impl Place) -> Option<f32> {
+        let opacity = self.programs.opacity.as_ref()?;
+        let root = opacity.holdout.as_ref()?;
+        Some(opacity.program.at(at, |at| at.number(root)))
+    }
+
+    /// [`Self::passing`] for shadow rays. They pass no portal, nor beside it, so that rays find what is behind it. Cycles' count a
+    /// portal to what is transparent beside it, if something is, although rays find that light again.
+    pub fn passing_to_light(&self, at: &impl Place, as_cycles: bool) -> (Vec3, f32) {
+        let (passes, rest) = self.passing(at);
+        match self.portal(at) {
+            None => (passes, rest),
+            Some(portal) if as_cycles && average(passes) >= LEAST_PORTAL => (passes + portal, rest),
+            Some(_) => (Vec3::ZERO, 1.0),
+        }
+    }
+
+    /// Opacity at a point, 0..=1; cut-outs are 0 or 1.
+    #[inline]
+    pub fn opacity(&self, at: &impl Place) -> f32 {
+        match &self.programs.opacity {
+            None => 1.0,
+            Some(opacity) => opacity.program.at(at, |at| at.number(&opacity.rest)),
+        }
+    }
+
+    /// Whether a holdout is among its shaders.
+    #[inline]
+    pub fn has_holdout(&self) -> bool {
+        has_holdout(&self.programs)
+    }
+}
+
+/// Whether the picture is empty where the camera sees some of it.
+pub(super) fn has_holdout(programs: &Programs) -> bool {
+    let opacity = programs.opacity.as_ref();
+    opacity.is_some_and(|opacity| opacity.holdout.is_some())
 }
 
 impl World {
@@ -245,6 +308,34 @@ impl World {
             }
             material.passing(&at)
         })
+    }
+
+    /// How much of a hit a holdout empties for rays of the camera; `None` where that is nothing.
+    pub fn held_out(&self, hit: &Hit, asking: Asking) -> Option<f32> {
+        let mut moment = None;
+        let (entry, mesh, triangle) = self.object_at::<General>(hit, &mut moment);
+        let material = &self.materials[mesh.material as usize];
+        let mut at = entry.at(mesh, (triangle, hit.u, hit.v), asking);
+        at.around = self.traces().then_some(self);
+        material.held_out(&at)
+    }
+
+    fn prepared(&self, hit: &Hit) -> &PreparedMaterial {
+        let entry = &self.geometry.entries[hit.object() as usize];
+        let mesh = &self.geometry.meshes[entry.mesh as usize];
+        &self.materials[mesh.material as usize]
+    }
+
+    /// Whether paths stop at a hit, to decide for themselves what passes.
+    #[inline]
+    pub fn decides(&self, hit: &Hit) -> bool {
+        self.prepared(hit).is_tinted
+    }
+
+    /// Whether a holdout may empty some of a hit where paths stop.
+    #[inline]
+    pub fn may_be_held_out(&self, hit: &Hit) -> bool {
+        self.is_holdout(hit) || self.prepared(hit).has_holdout()
     }
 
     /// Whether a portal takes some of what is met at a hit that a path may pass.

@@ -221,7 +221,7 @@ class Compositor(EngineTest):
             found = kit.in_render(lambda depsgraph: kit.export.write_scene(depsgraph, depsgraph.scene, self.folder, self.folder))
         layer, abilities = self.scene.view_layers[0], program.abilities(self.program)
         line = [self.program, "render", found.path, "-o", ours, "--quiet", *command.arguments(self.scene, layer, abilities, self.fail)]
-        line += command.pass_arguments(passes.wanted(self.scene, layer), abilities, self.scene.world)
+        line += command.pass_arguments(passes.wanted(self.scene, layer), abilities, layer, self.scene.world)
         subprocess.run(line, check=True)
         # The program's names are those of Blender 4.
         names = {p.program: p.name for p in passes.PASSES} | {"Combined": "Combined"}

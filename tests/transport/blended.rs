@@ -107,6 +107,77 @@ fn occlusion_counts_by_what_is_there() {
     assert!((mean - 0.5).abs() < bound, "{mean}");
 }
 
+/// Where light of a color passes, what is there is the rest of each channel, whatever scatters there: also of black, which scatters
+/// nothing and lets nothing pass.
+#[test]
+fn occlusion_is_the_rest_of_what_passes() {
+    for (share, passes) in [
+        (0.4, [0.9, 0.5, 0.25]),
+        (0.0, [0.5, 0.3, 0.0]),
+        (0.5, [0.0; 3]),
+    ] {
+        let rendering = run(&sheet(share, matte(), passes), &all_passes(4));
+        for open in layer(&rendering, "AO").chunks_exact(3) {
+            for (open, passes) in open.iter().zip(passes) {
+                let there = 1.0 - (1.0 - share) * passes;
+                // Paths that pass bring as much as those that stop.
+                assert!((open - there).abs() < 1e-5, "{open} {there}");
+            }
+        }
+        let combined = layer(&rendering, "Combined");
+        assert!(
+            combined
+                .iter()
+                .skip(3)
+                .step_by(4)
+                .all(|&alpha| alpha == 1.0)
+        );
+    }
+}
+
+/// A holdout among other shaders takes nothing of their light, and its share of the picture.
+#[test]
+fn a_holdout_empties_its_share() {
+    for passes in [[0.0; 3], [0.5; 3]] {
+        for share in [0.25, 0.75] {
+            let mut scene = sheet(share, matte(), passes);
+            let whole = run(&scene, &all_passes(16));
+            let graph = &mut scene.materials[0].graph;
+            let held = graph.add(Node::new(NodeKind::Holdout));
+            let below = Node::new(NodeKind::MixShader).with(mix_shader::FACTOR, 0.5);
+            let below = below
+                .with(mix_shader::A, held)
+                .with(mix_shader::B, graph.surface.expect("one"));
+            graph.surface = Some(graph.add(below));
+            let half = run(&scene, &all_passes(16));
+            for (half, whole) in colors(&half)
+                .iter()
+                .flatten()
+                .zip(colors(&whole).iter().flatten())
+            {
+                assert!(
+                    (2.0 * half - whole).abs() < 0.02 * whole + 1e-5,
+                    "{half} {whole}"
+                );
+            }
+            let alpha = |rendering| {
+                let combined: Vec<_> = layer(rendering, "Combined")
+                    .chunks_exact(4)
+                    .map(|c| c[3])
+                    .collect();
+                (
+                    combined.iter().sum::<f32>() / combined.len() as f32,
+                    combined.len(),
+                )
+            };
+            let (alpha, pixels) = alpha(&half);
+            // What passes meets the world, which is there. Five standard deviations of a coin's mean.
+            let bound = 5.0 * 0.5 / (16.0 * pixels as f32).sqrt();
+            assert!((alpha - 0.5).abs() < bound, "{alpha}");
+        }
+    }
+}
+
 /// A tinted sheet tints the colors of what lies behind it, and not the light that falls there: as in Cycles.
 #[test]
 fn what_is_behind_a_tinted_sheet_has_its_color() {

@@ -79,7 +79,6 @@ class GraphWriter:
         if walk is not None:
             for use in walk.uses:
                 self._tell(use)
-            self._tell_holdouts(walk)
         self.result.attributes = sorted((name, width) for name, width in self._widths.items() if not self._is_color(name))
         if walk is not None:
             self.result.extension = self._surface(walk, material)
@@ -167,18 +166,6 @@ class GraphWriter:
         if kind == "ShaderNodeBevel" and use.node.samples < 8:
             words = "the few rays of a Bevel lie otherwise: its normals differ by about 1 % (8 samples agree)"
             self.result.findings.append((APPROXIMATED, words))
-
-    def _tell_holdouts(self, walk):
-        use, factor = walk.surface.use, None
-        while use.node.bl_idname == "ShaderNodeMixShader":
-            factor = use.constant("Fac" if "Fac" in use.inputs else "Factor")
-            seen = factor is not None and (factor <= 0 or factor >= 1)
-            found = use.inputs.get("Shader" if factor <= 0 else "Shader_001") if seen else None
-            if not isinstance(found, Link):
-                break
-            use = found.use
-        if use.node.bl_idname != "ShaderNodeHoldout" and any(u.node.bl_idname == "ShaderNodeHoldout" for u in walk.uses):
-            self.result.findings.append((LOST, "a Holdout shader among others is rendered black"))
 
     def _demand(self, use):
         kind, inputs = use.node.bl_idname, use.inputs

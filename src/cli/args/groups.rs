@@ -234,6 +234,12 @@ pub struct ChosenPasses {
     /// How far the pass AO looks for what is in the way, metres.
     #[arg(long, value_name = "METRES", number = 0.0..=1e9, default_value = "10")]
     pub ao_distance: f64,
+    /// How much of a surface has to be there for passes of data to stop at it: Blender's Alpha Threshold.
+    ///
+    /// Depth, Position, IndexOB, IndexMA, Normal, UV and Vector look through what is fainter, by chance. Images decide for each ray
+    /// whether something is there, or not.
+    #[arg(long, value_name = "SHARE", number = 0.0..=1.0, default_value = "0.5")]
+    pub alpha_threshold: f64,
     /// Data without filtering: normals, UV, mist and Cryptomatte are of the ray through each pixel's middle.
     ///
     /// Depth, Position, IndexOB and IndexMA always are. Edges are then not smooth, and no value is a mean of two surfaces: for data

@@ -165,7 +165,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         (self.origin, self.direction) = (origin, inwards);
         // It has not come from where it went below, nor by what was left over of the numbers there, and nothing passes straight on here.
         self.beside.passage = Passage::default();
-        (self.beside.left_over, self.beside.passing) = (None, 0.0);
+        self.beside.stopped = None;
         let past = self.past();
         let asking = self.asking(hit, &past);
         let mut scratch = Scratch::default();

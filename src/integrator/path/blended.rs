@@ -3,12 +3,16 @@
 //! A path that stops there brings the light of a light sample, and so does one that passes: by the share of the surface that scatters.
 //! Cycles does the same. With those that stop alone a floor of which half is there has twice the noise of one that is whole.
 
-use super::{Found, KernelBsdf, Walk};
+use super::{Found, KernelBsdf, Passing, Walk};
 use crate::effects::Features;
 use crate::film::light_passes::PassSink;
+use crate::film::objects::FirstObject;
+use crate::integrator::PathSettings;
 use crate::integrator::record::{Record, Step};
+use crate::math::average;
 use crate::sampler::Sampler;
 use crate::world::{Hit, Past, Scratch, Surface, Wanted};
+use glam::Vec3;
 
 /// Tells the numbers of light samples behind surfaces that a path has passed from those before them.
 const LIT_BEHIND: u32 = 0x_3b1e_4ded;
@@ -25,10 +29,60 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     /// What of the light samples' light a path that has stopped here brings: the rest comes by those that pass.
     #[inline(always)]
     pub(super) fn lit(&self, hit: &Hit) -> f32 {
-        if !E::EVERYTHING || self.beside.passing == 0.0 || !self.lights_in_passing(hit) {
-            return 1.0;
+        match &self.beside.stopped {
+            Some(stopped) if E::EVERYTHING && stopped.passing != 0.0 => {
+                if self.lights_in_passing(hit) {
+                    1.0 / (1.0 + stopped.passing)
+                } else {
+                    1.0
+                }
+            }
+            _ => 1.0,
         }
-        1.0 / (1.0 + self.beside.passing)
+    }
+
+    /// What the path has brought to the surface where it has stopped, and what passes that, as a colour.
+    #[inline(always)]
+    pub(super) fn brought(&self) -> (Vec3, Vec3) {
+        match &self.beside.stopped {
+            Some(stopped) if E::EVERYTHING => (stopped.brought, stopped.passes),
+            _ => (self.throughput, Vec3::ZERO),
+        }
+    }
+
+    /// What of that light comes from what is there of the surface. Paths that pass bring as much, so that it is no matter how likely
+    /// it was to stop.
+    #[inline(always)]
+    pub(super) fn there(&self) -> Vec3 {
+        let (brought, passes) = self.brought();
+        brought * alpha(passes)
+    }
+
+    /// Notes for passes of data what the camera sees. As in Cycles (kernel/film/data_passes.h), each surface counts for mattes and
+    /// mist by how much of it is there; normals and texture coordinates are those of the first of which enough is.
+    #[inline(always)]
+    pub(super) fn note(&mut self, hit: &Hit, surface: &Surface, brought: Vec3, passes: Vec3) {
+        if !self.beside.is_noted && is_enough(self.settings, passes) {
+            self.beside.is_noted = true;
+            self.first.normal = surface.normals.shading;
+            let world = self.world;
+            self.light
+                .sink
+                .first_surface(|| world.texture_coordinates(hit));
+        }
+        self.note_object(hit, surface.point.point, (brought, passes));
+    }
+
+    #[inline(always)]
+    fn note_object(&mut self, hit: &Hit, point: Vec3, (brought, passes): (Vec3, Vec3)) {
+        let world = self.world;
+        self.light.sink.first_object(|| FirstObject {
+            number: hit.object(),
+            weight: average(brought) * (1.0 - average(passes)),
+            there: average(brought * alpha(passes)),
+            distance: world.camera.distance(point),
+            open: Vec3::ZERO,
+        });
     }
 
     /// The numbers of light samples here.
@@ -56,11 +110,21 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         bsdf.finish();
     }
 
-    /// Takes the light of a light sample at a surface that the path passes, of which the share `rest` scatters.
+    /// What a surface that the path passes brings: the light of a light sample, by the share of it that scatters, and what passes of
+    /// data are told.
     #[cold]
     #[inline(never)]
-    pub(super) fn add_light_in_passing(&mut self, found: &Found, rest: f32) {
-        if rest <= 0.0 || !self.lights_in_passing(&found.hit) {
+    pub(super) fn pass_by(&mut self, found: &Found, passing: &Passing) {
+        let (brought, passes, rest) = (self.throughput, passing.passes, passing.rest);
+        let is_lit = rest > 0.0 && self.lights_in_passing(&found.hit);
+        let is_first = self.bounce == 0;
+        let is_noted = self.beside.is_noted || !is_enough(self.settings, passes);
+        let opens = is_first && self.light.sink.asks_occlusion() && alpha(passes) != Vec3::ZERO;
+        if !(is_lit || is_first && !is_noted || opens) {
+            if is_first {
+                let point = self.origin + self.direction * found.hit.distance;
+                self.note_object(&found.hit, point, (brought, passes));
+            }
             return;
         }
         let world = self.world;
@@ -69,22 +133,27 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         let mut scratch = Scratch::default();
         let at = (self.origin, asking);
         let mut surface = world.surface::<E>(&found.hit, at, Wanted::Lobes, &mut scratch);
-        if surface.is_unlit() {
+        if is_first {
+            self.note(&found.hit, &surface, brought, passes);
+        }
+        let is_lit = is_lit && !surface.is_unlit();
+        if !(is_lit || opens) {
             return;
         }
         let mut bsdf = self.bare(&surface);
         self.add_lobes(&mut bsdf, &mut surface);
-        let mut throughput = self.throughput * rest;
+        let mut throughput = brought * rest;
         if (surface.disperses || self.beside.other_side.disperses)
             && let Some(counts) = self.beside.counts
         {
             // Its light is of one wavelength, as that of paths that stop; what passes is not.
             throughput *= counts;
         }
-        if self.bounce == 0 {
+        if is_first && is_lit {
             self.light.sink.first_colors(throughput, || bsdf.colors());
         }
-        if !bsdf.is_samplable() {
+        let is_lit = is_lit && bsdf.is_samplable();
+        if !(is_lit || opens) {
             return;
         }
         self.light.sink.step(|| Step::met(&found.hit, &surface));
@@ -99,7 +168,26 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         let (scene, met) = ((world, self.settings), (&found.hit, &surface));
         let way = (throughput, self.bounce, self.passed);
         let vertex = self.beside.vertex::<E>(scene, met, (&bsdf, &past), way);
-        self.rays += vertex.add_direct_light(&numbers, self.light);
+        if is_lit {
+            self.rays += vertex.add_direct_light(&numbers, self.light);
+        }
+        if opens {
+            let there = brought * alpha(passes);
+            let sink = &mut *self.light.sink;
+            self.rays += sink.occlusion(|distance| there * vertex.openness(&numbers, distance));
+        }
         self.beside.previous.at = before;
     }
+}
+
+/// How much of a surface is there, by what passes it straight on.
+#[inline(always)]
+pub(in crate::integrator) fn alpha(passes: Vec3) -> Vec3 {
+    (Vec3::ONE - passes).clamp(Vec3::ZERO, Vec3::ONE)
+}
+
+/// Whether so much of it is there that passes of data have no look at what lies behind.
+#[inline(always)]
+pub(in crate::integrator) fn is_enough(settings: &PathSettings, passes: Vec3) -> bool {
+    average(alpha(passes)) >= settings.alpha_threshold
 }

@@ -116,7 +116,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             let sampler = self.sampler.part(number, branches);
             let mut beside = self.beside.clone();
             // Each has a choice of its own.
-            beside.left_over = None;
+            beside.stopped = None;
             self.light.sink.branch(number);
             let mut light = Accumulator {
                 radiance: self.light.radiance,

@@ -20,10 +20,49 @@ const FILM: u32 = 0x_0f11_a1fa;
 
 /// What becomes of a path at a surface that tints what passes straight on.
 pub(in crate::integrator) enum Tinted {
-    /// It stops there, with a weight, the numbers that are left for what it does there, and how much passes for each part that does not.
-    Stops(Vec3, Vec3, f32),
-    /// It goes on with a weight, from there, so far from the surface, of which this share scatters.
-    Passes(Vec3, Vec3, f32, f32),
+    /// It stops there, with a weight.
+    Stops(Vec3, Stopped),
+    /// It goes on.
+    Passes(Passing),
+}
+
+/// How much of a surface the camera does not see, since the picture is empty there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::integrator) enum HeldOut {
+    /// A share by shaders, or nothing.
+    Share,
+    /// All but what passes straight on.
+    Object,
+    /// All.
+    Whole,
+}
+
+/// A stop at a surface that a path might have passed.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::integrator) struct Stopped {
+    /// Of the numbers that have stopped it: for what it does there.
+    pub left_over: Vec3,
+    /// What passes straight on there, as a colour …
+    pub passes: Vec3,
+    /// … and for each part that does not, by mean.
+    pub passing: f32,
+    /// What the path brings there, before it has chosen.
+    pub brought: Vec3,
+}
+
+/// A way past a surface.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::integrator) struct Passing {
+    /// Of the path from there on.
+    pub weight: Vec3,
+    /// Where it goes on …
+    pub onward: Vec3,
+    /// … so far from the surface.
+    pub skipped: f32,
+    /// The share of the surface that scatters.
+    pub rest: f32,
+    /// What passes straight on, as a colour.
+    pub passes: Vec3,
 }
 
 impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
@@ -39,8 +78,8 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     /// The numbers of the next choice: what is left over of those that have stopped the path here, or new ones of a sampler.
     #[inline(always)]
     pub(super) fn numbers(&self, sampler: &Sampler) -> Vec3 {
-        match self.beside.left_over {
-            Some(numbers) if E::EVERYTHING => numbers,
+        match &self.beside.stopped {
+            Some(stopped) if E::EVERYTHING => stopped.left_over,
             _ => sampler.triple_behind(Dimension::Bsdf, self.bounce, self.tints()),
         }
     }
@@ -51,7 +90,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     pub(super) fn next_surface(&mut self, found: &mut Found) -> bool {
         loop {
             if E::EVERYTHING {
-                (self.beside.left_over, self.beside.passing) = (None, 0.0);
+                self.beside.stopped = None;
             }
             if !self.next_interface(found) {
                 return false;
@@ -65,39 +104,54 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             {
                 return true;
             }
-            self.add_passing_emission(found);
+            let mut held = HeldOut::Share;
+            if self.bounce == 0 && self.world.may_be_held_out(&found.hit) {
+                held = self.hold_out(&found.hit);
+            }
+            match held {
+                HeldOut::Whole => {
+                    self.end(End::Holdout);
+                    return false;
+                }
+                HeldOut::Object => {}
+                HeldOut::Share => self.add_passing_emission(found),
+            }
             let left = self.settings.transparent_left(self.passed);
             let past = self.past();
             let ray = (self.origin, self.asking(&found.hit, &past));
             let numbers = self.numbers(self.sampler);
-            match tinted::<E>(self.world, &found.hit, ray, numbers) {
-                Tinted::Stops(weight, left_over, passing) => {
+            match tinted::<E>(self.world, &found.hit, ray, (numbers, held)) {
+                Tinted::Stops(weight, stopped) => {
+                    let brought = self.throughput;
+                    self.beside.stopped = Some(Stopped { brought, ..stopped });
                     self.throughput *= weight;
-                    self.beside.left_over = Some(left_over);
-                    self.beside.passing = passing;
                     return true;
                 }
-                Tinted::Passes(.., rest) if left == 0 => {
-                    self.add_light_in_passing(found, rest);
-                    self.end(End::Transparent);
-                    return false;
-                }
-                Tinted::Passes(weight, onward, skipped, rest) => {
-                    self.add_light_in_passing(found, rest);
+                Tinted::Passes(passing) => {
+                    self.pass_by(found, &passing);
+                    if left == 0 {
+                        self.end(End::Transparent);
+                        return false;
+                    }
                     if self.world.has_portals() && self.world.is_portal(&found.hit, ray.1) {
                         // Shadow rays do not pass beside it (in Cycles this light counts twice), and depths count it.
                         self.beside.previous.only_bsdf = true;
                         self.beside.portals += 1;
                     }
-                    self.beside.skipped = skipped;
+                    self.throughput *= passing.weight;
+                    // Nothing passes a surface that is neither clear nor scatters. NaN goes on, to be counted at the film.
+                    if self.throughput.max_element() <= 0.0 {
+                        self.end(End::Black);
+                        return false;
+                    }
+                    self.beside.skipped = passing.skipped;
                     self.cross(&found.hit, self.direction);
-                    self.throughput *= weight;
-                    self.light.sink.pass(weight);
+                    self.light.sink.pass(passing.weight);
                     self.passed += 1;
                     self.beside.tints = (self.bounce, self.tints() + 1);
                     self.beside.left = self.world.strand_of(&found.hit);
                     self.beside.walked += found.hit.distance;
-                    self.origin = onward;
+                    self.origin = passing.onward;
                     self.span = (RAY_START, f32::INFINITY);
                 }
             }
@@ -192,8 +246,11 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             self.end(End::Nothing);
             return false;
         };
-        if self.bounce == 0 && self.world.is_holdout(&hit) {
-            self.first.transparent = true;
+        if self.bounce == 0
+            && self.world.is_holdout(&hit)
+            && !(E::EVERYTHING && self.world.is_tinted() && self.world.decides(&hit))
+        {
+            self.see_through(self.throughput);
             self.end(End::Holdout);
             return false;
         }
@@ -360,21 +417,54 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         }
     }
 
-    /// Whether a transparent film has nothing here: as often as light of this much gets through what is before it, as alpha counts.
-    fn is_seen_through(&self, throughput: Vec3) -> bool {
-        let through = average(throughput);
-        if through >= 1.0 {
-            return true;
+    /// The picture has nothing here, as often as light of this much gets through what is before it: as alpha counts. What holdouts on
+    /// the way have emptied is added.
+    fn see_through(&mut self, light: Vec3) {
+        self.beside.seen_through += average(light);
+        let through = self.beside.seen_through;
+        self.first.transparent = through >= 1.0 || {
+            let key = self.sampler.key(Dimension::Opacity, 0);
+            hashed(key, FILM, 0) < through
+        };
+    }
+
+    /// What a holdout that paths stop at takes, as Cycles counts it (`surface_shader_apply_holdout`): an object all but what passes,
+    /// a shader its share, beside the others.
+    #[cold]
+    #[inline(never)]
+    fn hold_out(&mut self, hit: &Hit) -> HeldOut {
+        let past = self.past();
+        let asking = self.asking(hit, &past);
+        if self.world.is_holdout(hit) {
+            let passes = self
+                .world
+                .tint(hit, asking)
+                .map_or(Vec3::ZERO, |(passes, _)| passes);
+            self.see_through(self.throughput * (Vec3::ONE - passes));
+            return if passes == Vec3::ZERO {
+                HeldOut::Whole
+            } else {
+                HeldOut::Object
+            };
         }
-        let key = self.sampler.key(Dimension::Opacity, self.bounce);
-        hashed(key, FILM, self.passed) < through
+        match self.world.held_out(hit, asking) {
+            None => HeldOut::Share,
+            Some(share) => {
+                self.see_through(self.throughput * share);
+                if share >= 1.0 {
+                    HeldOut::Whole
+                } else {
+                    HeldOut::Share
+                }
+            }
+        }
     }
 
     /// Light of the environment and of the suns, which no surface hides.
     #[inline(always)]
     fn add_environment(&mut self) {
         if self.bounce == 0 {
-            self.first.transparent = self.settings.transparent_film;
+            self.first.transparent |= self.settings.transparent_film;
         }
         if !E::LIGHTS {
             return;
@@ -389,7 +479,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         let share = Self::share((self.world, &self.beside.within), way, key);
         let throughput = self.throughput * share;
         if E::EVERYTHING && self.bounce == 0 && self.settings.transparent_film {
-            self.first.transparent = self.is_seen_through(throughput);
+            self.see_through(throughput);
         }
         let (settings, bounce) = (self.settings, self.bounce);
         let (previous, light) = (&self.beside.previous, &mut *self.light);
@@ -429,35 +519,64 @@ pub(in crate::integrator) fn tinted<E: Features>(
     world: &World,
     hit: &Hit,
     (origin, asking): (Vec3, Asking),
-    numbers: Vec3,
+    (numbers, held): (Vec3, HeldOut),
 ) -> Tinted {
     // What is flat for a ray has no place by its corners.
     if world.lets_all_pass(hit) && world.strand_of(hit).is_none() {
         let (onward, skipped) = world.straight_on(hit, asking.direction);
-        return Tinted::Passes(Vec3::ONE, onward, skipped, 0.0);
+        return Tinted::Passes(Passing {
+            weight: Vec3::ONE,
+            onward,
+            skipped,
+            rest: 0.0,
+            passes: Vec3::ONE,
+        });
     }
-    let Some((passes, rest)) = world.tint(hit, asking) else {
-        return Tinted::Stops(Vec3::ONE, numbers, 0.0);
+    let whole = Stopped {
+        left_over: numbers,
+        passes: Vec3::ZERO,
+        passing: 0.0,
+        brought: Vec3::ONE,
     };
+    let Some((passes, rest)) = world.tint(hit, asking) else {
+        return Tinted::Stops(Vec3::ONE, whole);
+    };
+    // Nothing but what passes is left of an object that is held out.
+    let is_object = held == HeldOut::Object;
+    let rest = if is_object { 0.0 } else { rest };
     let share = average(passes);
+    // A path goes on with nothing where there is nothing but black.
     let p = if share + rest > 0.0 {
         share / (share + rest)
     } else {
-        0.0
+        1.0
     };
     if numbers.z >= p {
         // What passes and what each lobe takes are parts of one choice, as in Cycles: a pixel's samples are shared out evenly among all.
         let left_over = ((numbers.z - p) / (1.0 - p)).min(ONE_MINUS_EPSILON);
         let weight = Vec3::splat(rest / (1.0 - p));
         let passing = if rest > 0.0 { share / rest } else { 0.0 };
-        return Tinted::Stops(weight, numbers.with_z(left_over), passing);
+        let stopped = Stopped {
+            left_over: numbers.with_z(left_over),
+            passes,
+            passing,
+            ..whole
+        };
+        return Tinted::Stops(weight, stopped);
     }
     let mut scratch = Scratch::default();
     let surface = world.surface::<E>(hit, (origin, asking), Wanted::Light, &mut scratch);
     let normal = surface.normals.geometric;
     let onward = ray_origin(surface.point, -normal);
     let skipped = onward.distance(surface.point.point);
-    Tinted::Passes(passes / p, onward, skipped, rest)
+    Tinted::Passes(Passing {
+        weight: passes / p,
+        onward,
+        skipped,
+        rest,
+        // Data have it whole, as Cycles' have.
+        passes: if is_object { Vec3::ZERO } else { passes },
+    })
 }
 
 /// Light of the world along a ray of the camera, past everything.

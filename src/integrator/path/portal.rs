@@ -75,8 +75,12 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         self.beside.previous.only_bsdf = true;
         self.beside.previous.at.receiver = receiver;
         if self.bounce == 0 {
-            self.first = FirstHit::default();
+            self.first = FirstHit {
+                transparent: self.first.transparent,
+                ..FirstHit::default()
+            };
             self.light.sink.leave_first();
+            self.beside.is_noted = false;
         }
         let (to, throughput) = (self.origin, self.throughput);
         self.light.sink.step(|| Step::Portal {

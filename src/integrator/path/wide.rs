@@ -38,11 +38,13 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     /// How often Cycles draws a direction at all where some of what arrives passes straight on: that is a lobe among others there.
     #[inline(always)]
     fn share_of_scattering(&self, bsdf: &KernelBsdf<E>) -> f32 {
-        if !E::EVERYTHING || self.beside.passing == 0.0 {
-            return 1.0;
+        match &self.beside.stopped {
+            Some(stopped) if E::EVERYTHING && stopped.passing != 0.0 => {
+                let scattered = average(bsdf.albedo());
+                scattered / (scattered + stopped.passing)
+            }
+            _ => 1.0,
         }
-        let scattered = average(bsdf.albedo());
-        scattered / (scattered + self.beside.passing)
     }
 
     /// The path is scattered at a distance, with a roughness; `pixel`: the angle of one.

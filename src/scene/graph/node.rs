@@ -556,6 +556,8 @@ pub enum NodeKind {
     Bsdf(SimpleBsdf),
     /// Light passes straight on.
     TransparentBsdf,
+    /// The picture is empty where the camera sees it, beside other shaders. A surface that is nothing else is an instance's.
+    Holdout,
     /// Emitted light.
     Emission,
     /// A of one factor, B of the rest.
@@ -612,6 +614,7 @@ impl NodeKind {
             Self::GlossyBsdf { .. } => glossy::SOCKETS,
             Self::Bsdf(bsdf) => bsdf.sockets(),
             Self::TransparentBsdf => transparent::SOCKETS,
+            Self::Holdout => &[],
             Self::Emission => emission::SOCKETS,
             Self::MixShader => mix_shader::SOCKETS,
             Self::AddShader => add_shader::SOCKETS,
@@ -640,6 +643,7 @@ impl NodeKind {
             | Self::GlossyBsdf { .. }
             | Self::Bsdf(_)
             | Self::TransparentBsdf
+            | Self::Holdout
             | Self::Emission
             | Self::MixShader
             | Self::AddShader

@@ -312,7 +312,8 @@ impl Graph {
         }
     }
 
-    /// Whether a sum of shaders has what is transparent in it, so that the parts may come to more than 1.
+    /// Whether a sum of shaders has what is transparent in it, so that the parts may come to more than 1; or a Holdout is one of them,
+    /// so that they come to less.
     pub fn adds_transparency(&self) -> bool {
         let Some(surface) = self.surface else {
             return false;
@@ -324,6 +325,8 @@ impl Graph {
             let is_sum = node.kind == NodeKind::AddShader;
             if node.kind == NodeKind::TransparentBsdf {
                 parts[at] = (true, false);
+            } else if node.kind == NodeKind::Holdout {
+                parts[at] = (false, true);
             } else if is_sum || node.kind == NodeKind::MixShader {
                 let sides = &node.inputs[node.inputs.len() - 2..];
                 for link in sides.iter().filter_map(|input| input.link()) {
@@ -338,7 +341,10 @@ impl Graph {
 
     fn opacity(&self, results: &[Range]) -> Opacity {
         let Some((at, clear_is_b, _)) = self.transparency() else {
-            let clear = |node: &super::Node| node.kind == NodeKind::TransparentBsdf;
+            // What a holdout empties has a share, too, that paths ask for there.
+            let clear = |node: &super::Node| {
+                matches!(node.kind, NodeKind::TransparentBsdf | NodeKind::Holdout)
+            };
             return if self.nodes.iter().any(clear) {
                 Opacity::Blend { below: true }
             } else {
@@ -495,6 +501,9 @@ impl Graph {
         for node in &mut self.nodes {
             if node.kind == NodeKind::TransparentBsdf {
                 node.inputs[transparent::COLOR] = Input::Value([0.0; 3]);
+            } else if node.kind == NodeKind::Holdout {
+                let black = super::Node::new(NodeKind::TransparentBsdf);
+                *node = black.with(transparent::COLOR, [0.0; 3]);
             }
         }
         self.prune();

@@ -264,6 +264,7 @@ impl<'a, S: Source> Compiler<'a, S> {
             | NodeKind::GlossyBsdf { .. }
             | NodeKind::Bsdf(_)
             | NodeKind::TransparentBsdf
+            | NodeKind::Holdout
             | NodeKind::Emission
             | NodeKind::MixShader
             | NodeKind::AddShader

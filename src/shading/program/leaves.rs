@@ -71,17 +71,29 @@ impl<S: Source> Compiler<'_, S> {
 
     /// The leaves that are not transparent, with their shares of what does not pass straight on.
     pub(super) fn body(&mut self) -> Vec<(usize, Operand)> {
-        let graph = self.graph;
-        let clear = |(at, _): &(usize, Operand)| graph.nodes[*at].kind == NodeKind::TransparentBsdf;
-        let leaves = self.leaves(graph.body());
-        if !leaves.iter().any(clear) {
-            return leaves;
+        let leaves = self.leaves(self.graph.body());
+        let all = leaves.len();
+        let Sorted { clear, rest, .. } = self.sorted(leaves);
+        if rest.len() == all {
+            return rest;
         }
-        let (clear, rest): (Vec<_>, Vec<_>) = leaves.into_iter().partition(clear);
         let sum = self.remainder(&clear, &rest);
         rest.into_iter()
             .map(|(at, weight)| (at, self.math(MathOperation::Divide, weight, sum)))
             .collect()
+    }
+
+    fn sorted(&self, leaves: Vec<(usize, Operand)>) -> Sorted {
+        let kind = |(at, _): &(usize, Operand)| &self.graph.nodes[*at].kind;
+        let is_clear = |leaf: &_| *kind(leaf) == NodeKind::TransparentBsdf;
+        let is_holdout = |leaf: &_| *kind(leaf) == NodeKind::Holdout;
+        let (clear, rest): (Vec<_>, Vec<_>) = leaves.into_iter().partition(is_clear);
+        let (holdouts, rest) = rest.into_iter().partition(is_holdout);
+        Sorted {
+            clear,
+            holdouts,
+            rest,
+        }
     }
 
     fn sum(&mut self, leaves: &[(usize, Operand)]) -> Operand {
@@ -112,12 +124,10 @@ impl<S: Source> Compiler<'_, S> {
             factor
         };
         // Below it more may be clear.
-        let graph = self.graph;
-        let is_clear =
-            |(at, _): &(usize, Operand)| graph.nodes[*at].kind == NodeKind::TransparentBsdf;
-        let (clear, rest): (Vec<_>, Vec<_>) =
-            self.leaves(graph.body()).into_iter().partition(is_clear);
-        if clear.is_empty() {
+        let leaves = self.leaves(self.graph.body());
+        let all = leaves.len();
+        let Sorted { clear, rest, .. } = self.sorted(leaves);
+        if rest.len() == all {
             return share;
         }
         let below = self.remainder(&clear, &rest);
@@ -135,15 +145,34 @@ impl<S: Source> Compiler<'_, S> {
     }
 }
 
+/// Leaves by what they do to rays.
+struct Sorted {
+    /// They let light pass.
+    clear: Vec<(usize, Operand)>,
+    /// The picture is empty there.
+    holdouts: Vec<(usize, Operand)>,
+    /// They scatter or shine.
+    rest: Vec<(usize, Operand)>,
+}
+
 pub(super) fn opacity(graph: &Graph, source: &mut impl Source) -> Option<Opacity> {
-    let clear = |at: usize| graph.nodes[at].kind == NodeKind::TransparentBsdf;
-    if !(0..graph.nodes.len()).any(clear) {
+    let asks = |at: usize| {
+        matches!(
+            graph.nodes[at].kind,
+            NodeKind::TransparentBsdf | NodeKind::Holdout
+        )
+    };
+    if !(0..graph.nodes.len()).any(asks) {
         return None;
     }
     let mut heights = 0;
     let mut compiler = Compiler::new(graph, source, &mut heights);
     let leaves = compiler.leaves(graph.surface);
-    let (clear, rest): (Vec<_>, Vec<_>) = leaves.into_iter().partition(|(at, _)| clear(*at));
+    let Sorted {
+        clear,
+        holdouts,
+        rest,
+    } = compiler.sorted(leaves);
     let is_portal = |(at, _): &&(usize, Operand)| graph.nodes[*at].kind.is_portal();
     let portals: Vec<_> = rest.iter().filter(is_portal).copied().collect();
     let rest = compiler.rest(&clear, &rest);
@@ -152,13 +181,17 @@ pub(super) fn opacity(graph: &Graph, source: &mut impl Source) -> Option<Opacity
     let mut rest = root(rest);
     let portal = (!portals.is_empty()).then(|| compiler.colors(portals, ray_portal::COLOR));
     let mut portal = portal.map(root);
+    let holdout = (!holdouts.is_empty()).then(|| compiler.sum(&holdouts));
+    let mut holdout = holdout.map(root);
     let mut roots = vec![&mut transmittance, &mut rest];
     roots.extend(&mut portal);
+    roots.extend(&mut holdout);
     let program = compiler.finish(&mut roots);
     Some(Opacity {
         program,
         transmittance,
         rest,
         portal,
+        holdout,
     })
 }

@@ -649,6 +649,8 @@ pub struct Opacity {
     pub rest: Root,
     /// What portals take of it, as a colour, if there are any.
     pub portal: Option<Root>,
+    /// The share of the whole that holdouts empty, if there are any.
+    pub holdout: Option<Root>,
 }
 
 /// A material's programs.

@@ -23,7 +23,9 @@ fn of(number: u32, weight: f32) -> FirstObject {
     FirstObject {
         number,
         weight,
+        there: weight,
         distance: 10.0,
+        ..FirstObject::default()
     }
 }
 

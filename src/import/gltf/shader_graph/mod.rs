@@ -309,7 +309,7 @@ impl Reader<'_, '_, '_> {
     }
 
     /// Whether the surface is a Holdout, also behind mixes that show one side alone.
-    fn is_holdout(&self) -> bool {
+    pub(super) fn is_holdout(&self) -> bool {
         let mut surface = self.source.surface.as_ref();
         let mut before = self.source.nodes.len();
         while let Some(Reference { node: at, .. }) = surface {

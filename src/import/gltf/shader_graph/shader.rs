@@ -129,8 +129,9 @@ impl Reader<'_, '_, '_> {
                 self.add(at, NodeKind::Bsdf(SimpleBsdf::Hair { transmits }), &[])
             }
             "BsdfHairPrincipled" => self.principled_hair(at)?,
-            // Alone it is what instances are made of ([`Reader::is_holdout`]); among others it gives no light.
-            "Holdout" => return Ok(Some(Input::None)),
+            // Alone it is what instances are made of ([`Reader::is_holdout`]).
+            "Holdout" if self.is_holdout() => return Ok(Some(Input::None)),
+            "Holdout" => self.add(at, NodeKind::Holdout, &[]),
             "BsdfTransparent" => self.add(at, NodeKind::TransparentBsdf, &[]),
             // Cycles shows a background on a surface as light of its own.
             "Emission" | "Background" => self.add(at, NodeKind::Emission, &[]),
