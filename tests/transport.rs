@@ -1035,6 +1035,42 @@ fn passes_do_not_change_the_picture() {
     }
 }
 
+/// What clear glass reflects of a white world, and how much of the film is seen through it, come to 1: a furnace. Glass that is
+/// rougher than the threshold is opaque.
+#[test]
+fn a_film_behind_clear_glass_has_what_the_glass_does_not_reflect() {
+    let picture = |roughness: f32, transparent_glass| {
+        let mut scene = Scene {
+            cameras: vec![camera(DVec3::new(0.0, 0.0, 4.0), 0.7)],
+            environment: constant_environment(1.0),
+            ..Scene::default()
+        };
+        let of = glass(roughness, 1.5);
+        place(&mut scene, sphere(16, 0.0, true), of, &[DAffine3::IDENTITY]);
+        let settings = RenderSettings {
+            transparent_film: true,
+            transparent_glass,
+            ..small(64, 12)
+        };
+        let rendering = run(&scene, &settings);
+        let combined = rendering.picture.layers[0].data.chunks_exact(4);
+        let sums = combined.fold([0.0_f64; 2], |[light, alpha], c| {
+            [light + f64::from(c[1]), alpha + f64::from(c[3])]
+        });
+        sums.map(|sum| sum / f64::from(32 * 24))
+    };
+    let [light, alpha] = picture(0.0, Some(0.1));
+    // Five standard deviations of what a coin in each of 64 samples of a pixel may be off.
+    let bound = 5.0 * 0.5 / f64::from(64 * 32 * 24).sqrt();
+    assert!((light + 1.0 - alpha - 1.0).abs() < bound, "{light} {alpha}");
+    assert!(0.02 < light && alpha < 0.2, "{light} {alpha}");
+    for opaque in [picture(0.0, None), picture(0.4, Some(0.3))] {
+        let [light, alpha] = opaque;
+        // All light of the world behind the sphere is in the picture; beside it there is none.
+        assert!((light - alpha).abs() < 0.02 && alpha > 0.2, "{light} {alpha}");
+    }
+}
+
 /// A white plane with a hole and a holdout beside it, before a grey sky: what lies straight behind the camera's
 /// rays is no part of the picture, but lights the plane, whose light is 1/2 of albedo 1/2 under a sky of 1.
 #[test]

@@ -82,6 +82,7 @@ const PATHS: PathSettings = PathSettings {
     clamp: [f32::INFINITY; 2],
     filter_glossy: 0.0,
     transparent_film: false,
+    clear_alpha: -1.0,
     caustics: [true; 2],
     sample_lights: true,
     sample_bsdf: true,

@@ -100,6 +100,8 @@ def arguments(scene, layer, abilities, warn):
         result += flag_if_known("centre-passes", [], abilities, warn)
     if render.film_transparent:
         result += flag_if_known("transparent", [], abilities, warn)
+        if settings.film_transparent_glass:
+            result += flag_if_known("transparent-glass", [f"{settings.film_transparent_roughness:.6g}"], abilities, warn)
     return result
 
 

@@ -97,7 +97,14 @@ class SundogSceneSettings(bpy.types.PropertyGroup):
     )
     film_exposure: FloatProperty(
         name="Exposure", description="Factor on all light of the picture; data and colours of surfaces stay as they are",
-        default=1.0, min=0.0, max=10.0,
+        default=1.0, min=0.0, max=10240.0, soft_max=10.0,
+    )
+    film_transparent_glass: BoolProperty(
+        name="Transparent Glass", default=False,
+        description="Where the film is transparent, it is so behind glass, too: for glass over another picture",
+    )
+    film_transparent_roughness: FloatProperty(
+        name="Roughness Threshold", default=0.1, min=0.0, max=1.0, description="Glass that is rougher is opaque",
     )
     pixel_filter_type: EnumProperty(name="Filter Type", description="Pixel filter", items=FILTERS, default="BLACKMAN_HARRIS")
     filter_width: FloatProperty(name="Width", description="Width of the pixel filter", default=1.5, min=0.01, max=10.0, subtype="PIXEL")
@@ -157,7 +164,8 @@ class SundogMaterialSettings(bpy.types.PropertyGroup):
 COPIED = (
     "samples", "time_limit", "max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces",
     "volume_bounces", "transparent_max_bounces", "sample_clamp_direct", "sample_clamp_indirect", "blur_glossy", "pixel_filter_type",
-    "filter_width", "seed", "use_animated_seed", "film_exposure", "caustics_reflective", "caustics_refractive",
+    "filter_width", "seed", "use_animated_seed", "film_exposure", "film_transparent_glass",
+    "film_transparent_roughness", "caustics_reflective", "caustics_refractive",
     "use_adaptive_sampling", "adaptive_threshold", "adaptive_min_samples",
 )
 
@@ -191,8 +199,6 @@ def _notes(scene, cycles):
         yield "there is no fast GI approximation: all bounces are traced"
     if getattr(cycles, "use_guiding", False):
         yield "there is no path guiding, which changes noise alone"
-    if scene.render.film_transparent and cycles.film_transparent_glass:
-        yield "glass is opaque in a transparent film"
     if getattr(cycles, "use_sample_subset", False) or getattr(cycles, "sample_offset", 0):
         yield "there are no sample subsets"
     if cycles.use_layer_samples != "USE" and any(layer.samples for layer in scene.view_layers):

@@ -208,6 +208,10 @@ class SUNDOG_RENDER_PT_film(_Closed, Panel):
         settings = context.scene.sundog
         layout.prop(settings, "film_exposure")
         layout.prop(context.scene.render, "film_transparent")
+        if context.scene.render.film_transparent:
+            layout.prop(settings, "film_transparent_glass")
+            if settings.film_transparent_glass:
+                layout.prop(settings, "film_transparent_roughness")
         layout.prop(settings, "pixel_filter_type")
         if settings.pixel_filter_type != "BOX":
             layout.prop(settings, "filter_width")

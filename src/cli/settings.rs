@@ -49,6 +49,10 @@ impl RenderOptions {
             },
             filter_glossy: transport.filter_glossy as f32,
             transparent_film: size.transparent || scene.render.transparent == Some(true),
+            transparent_glass: size
+                .transparent_glass
+                .or(scene.render.transparent_glass)
+                .map(|roughness| roughness as f32),
             film_exposure: film_exposure.map_or(defaults.film_exposure, |factor| factor as f32),
             caustics: transport.caustics,
             region: size.region,

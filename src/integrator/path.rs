@@ -176,6 +176,8 @@ struct Beside {
     is_noted: bool,
     /// How much of the picture is empty, by what the path has met.
     seen_through: f32,
+    /// All that has scattered it is glass through which the film is transparent.
+    is_clear: bool,
 }
 
 impl Beside {
@@ -282,6 +284,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         stopped: None,
         is_noted: false,
         seen_through: 0.0,
+        is_clear: true,
     };
     if E::EVERYTHING
         && let Some(spectrum) = world.spectrum()
@@ -668,6 +671,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             s.delta || self.own.is_some() || E::EVERYTHING && self.beside.lid.is_some();
         self.beside.previous.kind = kind;
         if E::EVERYTHING {
+            self.beside.is_clear &= s.beyond && s.alpha <= self.settings.clear_alpha;
             self.beside.previous.at.also = match kind {
                 RayKind::Transmission if self.world.is_as_in_cycles() => also(s),
                 _ => 0,

@@ -25,6 +25,8 @@ pub struct PathSettings {
     pub filter_glossy: f32,
     /// The world is no part of the picture where the camera looks straight at it.
     pub transparent_film: bool,
+    /// What lets light through with an α up to this is as nothing to that: Cycles' "Transparent Glass". Below 0 none.
+    pub clear_alpha: f32,
     /// What reflects, and what lets through, still does so behind a diffuse reflection.
     pub caustics: [bool; 2],
     /// Light is found by sampling lights.

@@ -411,6 +411,11 @@ fn path_settings(settings: &RenderSettings, branches: u32) -> PathSettings {
         clamp: [limit(settings.clamp_direct), limit(settings.clamp_indirect)],
         filter_glossy: settings.filter_glossy,
         transparent_film: settings.transparent_film,
+        // α is the square of a roughness.
+        clear_alpha: match settings.transparent_glass {
+            Some(roughness) if settings.transparent_film => roughness * roughness,
+            _ => -1.0,
+        },
         caustics: [settings.caustics.reflective, settings.caustics.refractive],
         sample_lights: matches!(
             settings.light_sampling,

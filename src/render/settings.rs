@@ -63,6 +63,9 @@ pub struct RenderSettings {
     pub filter_glossy: f32,
     /// The world is no part of the picture where the camera looks straight at it (or through alpha).
     pub transparent_film: bool,
+    /// The world is no part of it either where glass up to this roughness is before it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub transparent_glass: Option<f32>,
     /// Factor on all light of the picture, as Cycles' film exposure.
     pub film_exposure: f32,
     /// Which caustics paths may make.
@@ -140,6 +143,7 @@ impl Default for RenderSettings {
             clamp_indirect: 0.0,
             filter_glossy: 0.0,
             transparent_film: false,
+            transparent_glass: None,
             film_exposure: 1.0,
             caustics: Caustics::default(),
             passes: Passes::default(),

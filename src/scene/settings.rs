@@ -35,6 +35,8 @@ pub struct RenderDefaults {
     pub filter_width: Option<f64>,
     /// The world is not in the picture where the camera would see it.
     pub transparent: Option<bool>,
+    /// It is not either behind glass up to this roughness.
+    pub transparent_glass: Option<f64>,
     /// Factor on all light.
     pub film_exposure: Option<f64>,
 }

@@ -5,12 +5,14 @@
 
 mod elsewhere;
 mod fibres;
+mod found;
 mod kinds;
 mod receiving;
 mod roughness;
 mod uniform;
 
 pub use elsewhere::Elsewhere;
+pub use found::{BsdfSample, BsdfValue};
 
 use super::closure::{AllFeatures, BsdfFeatures, Diffuse, Lobe, LobeSample, LobeValue, Normals};
 use super::ggx::Alpha;
@@ -109,53 +111,6 @@ pub enum Scattering {
     Glossy,
     /// Went through.
     Transmission,
-}
-
-/// A sampled direction.
-#[derive(Clone, Copy, Debug)]
-pub struct BsdfSample {
-    /// Direction to go on, world space.
-    pub wi: Vec3,
-    /// BSDF · |cos| / density.
-    pub weight: Vec3,
-    /// The part of `weight` that is due to diffuse lobes.
-    pub diffuse: Vec3,
-    /// Density per solid angle; meaningless if `delta`.
-    pub pdf: f32,
-    /// Whether the direction could not have been found otherwise.
-    pub delta: bool,
-    /// `wi` is on the other side of the surface.
-    pub beyond: bool,
-    /// The kind of lobe that was drawn; `Transmission` if `wi` is on the other side of the surface, but for fibres, whose ways through
-    /// them it is.
-    pub scattering: Scattering,
-    /// Weight and density for an estimate of the lobes of that kind alone, beside which the others have their own.
-    pub alone: (Vec3, f32),
-    /// The lobe that was drawn is a diffuse one that lets light through.
-    pub is_translucent: bool,
-}
-
-/// The value of the BSDF for two directions.
-#[derive(Clone, Copy, Debug)]
-pub struct BsdfValue {
-    /// BSDF · |cos|.
-    pub value: Vec3,
-    /// The part of `value` that is due to diffuse lobes. The rest is glossy on the viewer's side of
-    /// the surface and transmission beyond it.
-    pub diffuse: Vec3,
-    /// Density with which [`Bsdf::sample`] finds the direction, per solid angle.
-    pub pdf: f32,
-    /// The part of `pdf` that is due to diffuse lobes.
-    pub diffuse_pdf: f32,
-}
-
-impl BsdfValue {
-    const ZERO: Self = Self {
-        value: Vec3::ZERO,
-        diffuse: Vec3::ZERO,
-        pdf: 0.0,
-        diffuse_pdf: 0.0,
-    };
 }
 
 /// Values and densities of the diffuse lobes, and of the others, each density times the lobe's probability. They are summed
@@ -649,6 +604,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
                 scattering,
                 alone: (weight, 0.0),
                 is_translucent: false,
+                alpha: 0.0,
             });
         }
         // Surfaces of glass or metal alone have no other lobe.
@@ -662,6 +618,11 @@ impl<K: BsdfFeatures> Bsdf<K> {
         let sample = Self::weigh(wi, (scattering, beyond), &sums)?;
         Some(BsdfSample {
             is_translucent: K::TRANSMISSION && matches!(entry.lobe, Lobe::Translucent(_)),
+            alpha: if K::TRANSMISSION && beyond {
+                entry.lobe.alpha()
+            } else {
+                1.0
+            },
             ..sample
         })
     }
@@ -689,6 +650,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
             scattering,
             alone: (kind.value / kind.pdf, kind.pdf),
             is_translucent: false,
+            alpha: 1.0,
         })
     }
 }

@@ -327,6 +327,9 @@ class Ways(unittest.TestCase):
 
         self.assertEqual([convergence.doubling(most) for most in (1, 2, 3, 8)], [[1], [1, 2], [1, 2, 3], [1, 2, 4, 8]])
         self.scene.sundog.max_bounces = 2
+        # Passes have flags that the command line of the measuring has not.
+        layer = self.scene.view_layers[0]
+        layer.use_pass_mist = layer.use_pass_ambient_occlusion = layer.sundog.use_centre_passes = True
         before = everything(self.scene)
         with quiet():
             found = sundog.compare.converge(None, self.out, samples=4, seeds=2)

@@ -6,6 +6,7 @@ import unittest
 import bpy
 import export_kit as kit
 import numpy
+from engine_kit import EngineTest
 
 SIZE = 16
 
@@ -62,6 +63,38 @@ class Film(kit.ExportTest):
                 ours, cycles = self.alphas(1024)
                 print(f"alpha of {material.name}: {ours:.5f} {cycles:.5f} {ours / cycles - 1:+.2%}")
                 self.near(ours, cycles, 0.01)
+
+
+class Glass(EngineTest):
+    """A film that is transparent behind glass, too."""
+
+    def test_the_film_is_transparent_behind_glass_up_to_a_roughness(self):
+        scene = self.for_both((48, 32), 256)
+        scene.render.film_transparent = scene.cycles.film_transparent_glass = True
+        scene.cycles.film_transparent_roughness = 0.3
+        bpy.data.objects.remove(bpy.data.objects["Cube"])
+        # Clear, rough, rougher than the threshold; a pane; and one before a matte wall.
+        for number, values in enumerate(({"Roughness": 0}, {"Roughness": 0.25}, {"Roughness": 0.4}, {"Roughness": 0.1, "Thin Wall": True})):
+            bpy.ops.mesh.primitive_uv_sphere_add(segments=32, ring_count=16, radius=0.6, location=(1.4 * number - 2.1, 0, 0))
+            bpy.ops.object.shade_smooth()
+            made = kit.material(f"glass {number}", Transmission_Weight=1, Base_Color=(0.9, 0.6, 0.4, 1))
+            shader = next(n for n in made.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
+            for name, value in values.items():
+                if name in shader.inputs:
+                    shader.inputs[name].default_value = value
+            bpy.context.object.data.materials.append(made)
+        bpy.ops.mesh.primitive_plane_add(size=1, location=(-2, 1.5, 0), rotation=(1.57, 0, 0))
+        ours, theirs = ([p["ViewLayer.Combined"].astype(float) for p in found] for found in self.both())
+        blocks = lambda pictures: (sum(pictures) / 2).reshape(8, 4, 12, 4, 4).mean((1, 3))
+        a, b = blocks(ours), blocks(theirs)
+        for name, channels in (("colours", slice(0, 3)), ("alpha", slice(3, 4))):
+            a_, b_ = a[..., channels], b[..., channels]
+            off, error = a_.mean() / b_.mean() - 1, ((a_ - b_) ** 2 / (b_**2 + 0.01)).mean()
+            print(f"{name}: mean {off:+.3%}, relMSE of blocks {error:.1e}", flush=True)
+            self.assertLess(abs(off), 0.01, name)
+            self.assertLess(error, 1e-3, name)
+        # Something is seen through, and something is not.
+        self.assertLess(b[..., 3].min(), 0.5)
 
 
 if __name__ == "__main__":

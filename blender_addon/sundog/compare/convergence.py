@@ -15,9 +15,11 @@ from . import job, settings
 REFERENCE_FACTOR = 4
 # … and seeds so far from those of the pictures.
 _REFERENCE_SEED = 1_000_000
-# What `sundog converge` decides itself.
-_OWN = {"--samples", "--seed", "--time", "--noise", "--frames", "--passes"}
-_SWITCHES = {"--json"}
+# What `sundog converge` decides itself, and what is of passes that it has not.
+_OWN = {
+    "--samples", "--seed", "--time", "--noise", "--frames", "--json", "--error", "--pixel-error", "--noise-threshold", "--min-samples",
+    "--passes", "--mist", "--ao-distance", "--alpha-threshold", "--centre-passes", "--light-groups",
+}
 
 
 def doubling(most):
@@ -138,6 +140,6 @@ def _flags(line):
         values = []
         while rest and not rest[0].startswith("--"):
             values.append(rest.pop(0))
-        if flag not in _OWN and flag not in _SWITCHES:
+        if flag not in _OWN and not flag.startswith("--denoise"):
             result += [flag, *values]
     return result

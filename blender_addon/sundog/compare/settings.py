@@ -98,6 +98,7 @@ def as_sundog(kept, scene):
         caustics_reflective=sundog.caustics_reflective, caustics_refractive=sundog.caustics_refractive,
         use_fast_gi=False, use_guiding=False,
         pixel_filter_type=sundog.pixel_filter_type, filter_width=sundog.filter_width, film_exposure=sundog.film_exposure,
+        film_transparent_glass=sundog.film_transparent_glass, film_transparent_roughness=sundog.film_transparent_roughness,
     )  # fmt: skip
 
 

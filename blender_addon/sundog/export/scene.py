@@ -414,7 +414,7 @@ class Exporter:
         """A material as it is written, with what is told of it."""
         exported = self.materials.material(material, grids_of)
         if material is not None:
-            self.verdicts.extend("material", material.name_full, exported.findings + self._clear_glass(exported.index))
+            self.verdicts.extend("material", material.name_full, exported.findings)
         return exported
 
     def _own_part(self, primitive):
@@ -442,15 +442,6 @@ class Exporter:
             self._informed.add(index)
         self._asked[index] = set().union(*(material.values for material in exported.values()))
         return index
-
-    def _clear_glass(self, index):
-        """Findings on glass where the film is transparent behind it."""
-        cycles, render = getattr(self.scene, "cycles", None), self.scene.render
-        if cycles is None or not (render.film_transparent and cycles.film_transparent_glass):
-            return []
-        if "KHR_materials_transmission" not in self.document.root["materials"][index]["extensions"]:
-            return []
-        return [(LOST, "the film's transparent glass is left out: the world is seen through it, and the picture is opaque there")]
 
     def _write_placed(self):
         for (mesh, _), place in self._placed.items():
@@ -718,6 +709,8 @@ def render_settings(scene):
         result["filter_width"] = float(cycles.filter_width)
     # Of the engine that the scene is rendered with.
     own = scene.sundog if scene.render.engine == "SUNDOG" else cycles
+    if own is not None and scene.render.film_transparent and own.film_transparent_glass:
+        result["transparent_glass"] = float(own.film_transparent_roughness)
     if own is not None and own.film_exposure != 1:
         result["film_exposure"] = float(own.film_exposure)
     return result

@@ -198,6 +198,11 @@ pub struct Size {
     /// Leave the world out of the picture: where the camera looks straight at it (or through alpha), alpha is 0.
     #[arg(long)]
     pub transparent: bool,
+    /// Leave the world out of the picture behind glass up to a roughness, too, where --transparent does so: Cycles' Transparent Glass.
+    ///
+    /// Passes tell what is behind such glass as what is behind any: as transmission.
+    #[arg(long, value_name = "ROUGHNESS", number = 0.0..=1.0)]
+    pub transparent_glass: Option<f64>,
     /// Factor on all light of the picture, as Cycles' film exposure; the scene's if not given.
     ///
     /// Combined and the passes of light are scaled; what surfaces are like (colours, albedo, normals, depth) is

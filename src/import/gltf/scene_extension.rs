@@ -44,6 +44,9 @@ pub(super) fn apply(
             height: render.height,
             filter_width: render.filter_width,
             transparent: render.transparent,
+            transparent_glass: render
+                .transparent_glass
+                .filter(|roughness| (0.0..=1.0).contains(roughness)),
             film_exposure: render.film_exposure,
         };
     }

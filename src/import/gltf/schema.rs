@@ -268,6 +268,7 @@ pub(super) struct RenderJson {
     pub height: Option<u32>,
     pub filter_width: Option<f64>,
     pub transparent: Option<bool>,
+    pub transparent_glass: Option<f64>,
     pub film_exposure: Option<f64>,
     #[serde(flatten)]
     pub unknown: Map<String, Value>,

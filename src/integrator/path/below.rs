@@ -166,6 +166,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         // It has not come from where it went below, nor by what was left over of the numbers there, and nothing passes straight on here.
         self.beside.passage = Passage::default();
         self.beside.stopped = None;
+        self.beside.is_clear = false;
         let past = self.past();
         let asking = self.asking(hit, &past);
         let mut scratch = Scratch::default();

@@ -104,6 +104,8 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         self.bounce == 0
             && self.settings.branches > 1
             && self.light.branches == 1
+            // What is seen through glass is one sample's affair.
+            && self.settings.clear_alpha < 0.0
             && !self.world.has_portals()
     }
 

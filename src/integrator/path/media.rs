@@ -331,6 +331,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         let previous = &mut beside.previous;
         (previous.pdf, previous.only_bsdf, previous.delta) = (pdf, false, false);
         previous.kind = RayKind::Volume;
+        beside.is_clear = false;
         previous.at.also = 0;
         self.min_pdf = self.min_pdf.min(pdf);
         self.bounce += 1;

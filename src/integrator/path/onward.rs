@@ -105,7 +105,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                 return true;
             }
             let mut held = HeldOut::Share;
-            if self.bounce == 0 && self.world.may_be_held_out(&found.hit) {
+            if self.is_seen() && self.world.may_be_held_out(&found.hit) {
                 held = self.hold_out(&found.hit);
             }
             match held {
@@ -246,7 +246,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             self.end(End::Nothing);
             return false;
         };
-        if self.bounce == 0
+        if self.is_seen()
             && self.world.is_holdout(&hit)
             && !(E::EVERYTHING && self.world.is_tinted() && self.world.decides(&hit))
         {
@@ -417,6 +417,12 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         }
     }
 
+    /// Whether the camera sees what its ray meets, straight or through glass through which the film is transparent.
+    #[inline(always)]
+    fn is_seen(&self) -> bool {
+        self.bounce == 0 || E::EVERYTHING && self.beside.is_clear
+    }
+
     /// The picture has nothing here, as often as light of this much gets through what is before it: as alpha counts. What holdouts on
     /// the way have emptied is added.
     fn see_through(&mut self, light: Vec3) {
@@ -463,7 +469,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     /// Light of the environment and of the suns, which no surface hides.
     #[inline(always)]
     fn add_environment(&mut self) {
-        if self.bounce == 0 {
+        if self.is_seen() {
             self.first.transparent |= self.settings.transparent_film;
         }
         if !E::LIGHTS {
@@ -478,10 +484,10 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         let key = || self.sampler.key(Dimension::Opacity, self.bounce);
         let share = Self::share((self.world, &self.beside.within), way, key);
         let throughput = self.throughput * share;
-        if E::EVERYTHING && self.bounce == 0 && self.settings.transparent_film {
+        if E::EVERYTHING && self.is_seen() && self.settings.transparent_film {
             self.see_through(throughput);
         }
-        let (settings, bounce) = (self.settings, self.bounce);
+        let (settings, bounce, is_seen) = (self.settings, self.bounce, self.is_seen());
         let (previous, light) = (&self.beside.previous, &mut *self.light);
         let lights = &self.world.lights;
         lights.environment_le(
@@ -491,7 +497,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             |emitted, light_pdf, source| {
                 let weight = light.weigh(settings, previous, source, emitted, light_pdf);
                 let found = throughput * emitted * weight;
-                let kept = if bounce > 0 || source != Source::Environment {
+                let kept = if !is_seen || source != Source::Environment {
                     light.add_found(settings, found, bounce)
                 } else if settings.transparent_film {
                     light.sink.environment(found);

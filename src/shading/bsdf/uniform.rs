@@ -61,6 +61,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
             scattering,
             alone: (part / (v.pdf * p), v.pdf * p),
             is_translucent: false,
+            alpha: 1.0,
         })
     }
 

@@ -598,6 +598,7 @@ pub fn settings(recipe: &Value) -> RenderSettings {
         roulette: Some(n(of, "roulette", 2.0) as u32).filter(|&bounce| bounce > 0),
         cull_backfaces: is(of, "cull"),
         transparent_film: is(of, "transparent_film"),
+        transparent_glass: is(of, "transparent_glass").then_some(0.3),
         center_passes: is(recipe, "centre_passes"),
         passes: match recipe["aovs"].is_u64() {
             true => Passes::default().with(Pass::Aov),

@@ -239,6 +239,7 @@ fn settings(rng: &mut Rng) -> Value {
         "glossy_limit": rng.pick(&[-1, -1, 0, 2]),
         "cull": rng.chance(0.2),
         "transparent_film": rng.chance(0.2),
+        "transparent_glass": rng.chance(0.2),
     })
 }
 
