@@ -1035,6 +1035,26 @@ fn passes_do_not_change_the_picture() {
     }
 }
 
+/// Light of a white world on a white plane with a Shading Offset of 1: 2 ∫ cos 2θ sin θ dθ up to π/4, (2√2 − 2)/3 by the cube and the
+/// first power of the cosine.
+#[test]
+fn a_shading_offset_takes_light_that_grazes() {
+    let mut scene = Scene {
+        cameras: vec![camera(DVec3::new(0.0, 0.0, 2.0), 0.5)],
+        environment: constant_environment(1.0),
+        ..Scene::default()
+    };
+    let plane = quad([-4.0, -4.0, 0.0], [8.0, 0.0, 0.0], [0.0, 8.0, 0.0]);
+    place(&mut scene, plane, diffuse([1.0; 3]), &[DAffine3::IDENTITY]);
+    assert!((mean(&run(&scene, &small(16, 0))) - 1.0).abs() < 1e-3);
+    scene.instances[0].info.shading_offset = 1.0;
+    let expected = (2.0 * 2.0_f64.sqrt() - 2.0) / 3.0;
+    let found = mean(&run(&scene, &small(256, 0)));
+    // A sample is at most 1 and on average this: its deviation is below a half.
+    let bound = 5.0 * 0.5 / f64::from(256 * 32 * 24).sqrt();
+    assert!((found - expected).abs() < bound, "{found} {expected}");
+}
+
 /// What clear glass reflects of a white world, and how much of the film is seen through it, come to 1: a furnace. Glass that is
 /// rougher than the threshold is opaque.
 #[test]
@@ -1067,7 +1087,10 @@ fn a_film_behind_clear_glass_has_what_the_glass_does_not_reflect() {
     for opaque in [picture(0.0, None), picture(0.4, Some(0.3))] {
         let [light, alpha] = opaque;
         // All light of the world behind the sphere is in the picture; beside it there is none.
-        assert!((light - alpha).abs() < 0.02 && alpha > 0.2, "{light} {alpha}");
+        assert!(
+            (light - alpha).abs() < 0.02 && alpha > 0.2,
+            "{light} {alpha}"
+        );
     }
 }
 

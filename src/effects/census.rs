@@ -105,6 +105,7 @@ impl Census {
                 "all lights light all objects, and all objects cast shadows".into()
             }
             Effect::Holdouts => format!("none {}", all(self.objects, "object")),
+            Effect::ShadowTerminators => "no object has a Shading Offset".into(),
             Effect::CoincidentFaces => "no face lies on another in one plane".into(),
             Effect::DepthOfField => "the camera that renders has no aperture".into(),
             Effect::OrthographicCamera | Effect::PanoramaCamera => {

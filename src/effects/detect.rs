@@ -212,6 +212,9 @@ impl Findings {
             if instance.is_catcher() && scene.has_triangles(instance) {
                 self.object(Effect::ShadowCatcher, &instance.name);
             }
+            if instance.info.shading_offset > 0.0 && scene.has_triangles(instance) {
+                self.object(Effect::ShadowTerminators, &instance.name);
+            }
             if instance.holdout && instance.visibility.sees(RayKind::Camera) {
                 self.object(Effect::Holdouts, &instance.name);
             }

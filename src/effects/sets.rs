@@ -38,6 +38,7 @@ pub const PATHS: EnumSet<Effect> = enum_set!(
         | Effect::Suns
         | Effect::RayVisibility
         | Effect::LightLinking
+        | Effect::ShadowTerminators
         | Effect::Metal
         | Effect::Gloss
         | Effect::DiffuseRoughness

@@ -82,6 +82,7 @@ pub const TABLE: [EffectRow; COUNT] = {
         line(E::RayVisibility, Kernels, ["objects and lights that some rays do not see", "an object, a light or the world is hidden from diffuse, glossy or transmission rays, or a light casts no shadow or has a limit of bounces"]),
         line(E::LightLinking, Kernels, ["lights that light some objects alone, or of which some alone cast shadows", "a light or an object that shines has such a set of objects"]),
         line(E::Holdouts, Branch, ["objects that cut holes into the picture", "a placed object is one, and the camera sees it"]),
+        line(E::ShadowTerminators, Kernels, ["surfaces on which light that grazes them counts less", "a placed object has a Shading Offset of the shadow terminator"]),
         line(E::CoincidentFaces, Kernels, ["faces in one plane that lie on each other and take each other's light", "in a file from Blender two faces overlap in one plane, or an area light lies in that of a face across an axis"]),
         line(E::DepthOfField, Preparation, ["lenses with an opening, sharp at one distance", "the camera that renders has an aperture"]),
         line(E::OrthographicCamera, Preparation, ["parallel rays from the camera", "the camera that renders is one"]),

@@ -368,7 +368,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             if E::EVERYTHING && (surface.disperses || self.beside.other_side.disperses) {
                 self.disperse();
             }
-            let mut bsdf = self.bare(&surface);
+            let mut bsdf = self.bare(&found.hit, &surface);
             self.add_lobes(&mut bsdf, &mut surface);
             let lit = self.throughput * self.lit(&found.hit);
             if self.bounce == 0 {
@@ -494,9 +494,8 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
         self.light.sink.step(|| Step::met(hit, surface));
         self.light.sink.meet(hit.distance);
         if self.bounce == 0 {
-            let throughput = self.throughput;
             if E::EVERYTHING && self.world.is_catcher(hit) {
-                let before = self.light.radiance;
+                let (throughput, before) = (self.throughput, self.light.radiance);
                 self.light.sink.split(|| Split { throughput, before });
             }
             let (brought, passes) = self.brought();
@@ -560,13 +559,16 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
 
     /// A surface without lobes, as the path sees it.
     #[inline(always)]
-    fn bare(&self, surface: &Surface) -> KernelBsdf<E> {
+    fn bare(&self, hit: &Hit, surface: &Surface) -> KernelBsdf<E> {
         let mut changes = self.settings.changes::<E>(
             self.min_pdf,
             self.beside.previous.kind,
             self.has_diffused(),
         );
-        changes.behind = E::EVERYTHING && self.world.is_as_in_cycles();
+        if E::EVERYTHING {
+            changes.behind = self.world.is_as_in_cycles();
+            changes.steeper = self.world.steepness(hit);
+        }
         KernelBsdf::<E>::new(surface.normals, -self.direction, surface.inside, changes)
     }
 

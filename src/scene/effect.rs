@@ -71,6 +71,8 @@ pub enum Effect {
     LightLinking,
     /// Objects that cut holes into the picture.
     Holdouts,
+    /// Surfaces on which light that grazes them counts less.
+    ShadowTerminators,
     /// Faces in one plane that lie on each other.
     CoincidentFaces,
     /// Lenses with an opening.

@@ -273,6 +273,8 @@ pub struct ObjectInfo {
     pub links: Links,
     /// What else shader graphs ask of it, by their numbers.
     pub values: Arc<[[f32; 4]]>,
+    /// Blender's Shadow Terminator, Shading Offset: 0 to 1.
+    pub shading_offset: f32,
 }
 
 impl Default for ObjectInfo {
@@ -284,6 +286,7 @@ impl Default for ObjectInfo {
             asset: None,
             links: Links::default(),
             values: Arc::default(),
+            shading_offset: 0.0,
         }
     }
 }

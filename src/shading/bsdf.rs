@@ -62,6 +62,8 @@ pub struct Changes {
     pub diffused: bool,
     /// Where directions are drawn, a bump's facets send light also to behind the smooth surface, as in Cycles.
     pub behind: bool,
+    /// Light that is reflected counts as if its angle to a lobe's normal were so many times as great (see [`Bsdf::steepened`]).
+    pub steeper: f32,
 }
 
 impl Changes {
@@ -71,6 +73,7 @@ impl Changes {
         caustics: [true; 2],
         diffused: false,
         behind: false,
+        steeper: 1.0,
     };
 }
 
@@ -505,13 +508,14 @@ impl<K: BsdfFeatures> Bsdf<K> {
         if !transmitted {
             let of = self.value_of_base(wi);
             sums.diffuse = LobeValue {
-                value: of.value,
+                value: of.value * self.steepened(wi, || self.base().normal),
                 pdf: (1.0 - self.p_others()) * of.pdf,
             };
         }
         for (i, entry) in self.others().iter().enumerate() {
             if i != left_out && !entry.is_delta {
-                let of = entry.lobe.evaluate::<K>(self.smooth(), wi, transmitted);
+                let mut of = entry.lobe.evaluate::<K>(self.smooth(), wi, transmitted);
+                of.value *= self.steepened(wi, || entry.lobe.normal());
                 sums.add(of, entry.p, entry.is_diffuse);
             }
         }
@@ -568,6 +572,16 @@ impl<K: BsdfFeatures> Bsdf<K> {
         Self::weigh(wi, (Scattering::Diffuse, false), &sums)
     }
 
+    /// What of reflected light is left where its angle θ to a lobe's normal counts as m·θ: cos(m·θ) / cos(θ), and nothing beyond a
+    /// quarter turn. Against edges of triangles in soft shadows, as Cycles has it (`shift_cos_in`).
+    #[inline(always)]
+    fn steepened(&self, wi: Vec3, normal: impl FnOnce() -> Vec3) -> f32 {
+        if !K::BUMPS || self.changes.steeper == 1.0 {
+            return 1.0;
+        }
+        steepened(wi.dot(normal()), self.changes.steeper)
+    }
+
     /// The smooth normal behind which a lobe draws no direction.
     #[inline(always)]
     fn smooth_of(&self, entry: &Entry) -> Vec3 {
@@ -585,13 +599,14 @@ impl<K: BsdfFeatures> Bsdf<K> {
             wi,
             transmitted,
             delta,
-            of,
+            mut of,
         } = entry.lobe.sample::<K>(self.smooth_of(entry), u, choice)?;
         let beyond = self.is_beyond(wi);
         if self.is_below(wi) || beyond != transmitted && !entry.is_of_fibres {
             return None;
         }
         let scattering = entry.lobe.scattering(transmitted);
+        of.value *= self.steepened(wi, || entry.lobe.normal());
         if delta {
             let weight = of.value / (of.pdf * entry.p);
             return Some(BsdfSample {
@@ -653,6 +668,15 @@ impl<K: BsdfFeatures> Bsdf<K> {
             alpha: 1.0,
         })
     }
+}
+
+#[cold]
+fn steepened(cos: f32, steeper: f32) -> f32 {
+    if cos <= 0.0 {
+        return 1.0;
+    }
+    let cos = cos.min(1.0);
+    ((cos.acos() * steeper).cos() / cos).max(0.0)
 }
 
 #[cfg(test)]

@@ -413,6 +413,16 @@ impl World {
         Some(self.geometry.meshes.get(entry.mesh as usize)?.material)
     }
 
+    /// How many times as steep light falls on a hit's object as it does.
+    #[inline]
+    pub fn steepness(&self, hit: &Hit) -> f32 {
+        let steeper = &self.geometry.steeper;
+        if steeper.is_empty() {
+            return 1.0;
+        }
+        steeper[hit.object() as usize]
+    }
+
     /// Whether a hit is on an object that makes a hole in the picture.
     #[inline]
     pub fn is_holdout(&self, hit: &Hit) -> bool {

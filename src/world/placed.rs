@@ -41,6 +41,8 @@ pub struct Geometry {
     pub holdouts: Vec<bool>,
     /// The same of shadow catchers.
     pub catchers: Vec<bool>,
+    /// By entry how many times as steep light falls on it as it does; empty where none is.
+    pub steeper: Vec<f32>,
     /// Some are made of strands or points.
     pub has_strands: bool,
     /// Faces that lie on each other, if any do.
@@ -130,6 +132,24 @@ fn objects(scene: &Scene) -> Vec<u32> {
         before = Some(instance);
     }
     numbers
+}
+
+/// By entry how many times as steep light falls on it, if any has such an offset and if the effect is kept.
+fn steeper(scene: &Scene, options: &Options) -> Vec<f32> {
+    let offset = |instance: &Instance| instance.info.shading_offset;
+    if !options.effects.contains(Effect::ShadowTerminators)
+        || scene
+            .instances
+            .iter()
+            .all(|instance| offset(instance) <= 0.0)
+    {
+        return Vec::new();
+    }
+    let placed = scene.instances.iter();
+    let placed = placed.filter(|instance| scene.has_triangles(instance));
+    placed
+        .map(|instance| 1.0 / (1.0 - 0.5 * offset(instance)))
+        .collect()
 }
 
 /// Which entries are of a kind, if any and if the effect is kept: entries are the instances with triangles, in their order.
@@ -389,6 +409,7 @@ impl Geometry {
             widened,
             insides,
             holdouts: entries_that(|i| i.holdout, Effect::Holdouts, scene, options),
+            steeper: steeper(scene, options),
             // A hole stays one.
             catchers: entries_that(
                 |i| i.is_catcher() && !i.holdout,

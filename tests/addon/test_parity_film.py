@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Transparent films beside Cycles'."""
+"""Transparent films beside Cycles', and the shadow terminator's Shading Offset."""
 
 import unittest
 
@@ -95,6 +95,29 @@ class Glass(EngineTest):
             self.assertLess(error, 1e-3, name)
         # Something is seen through, and something is not.
         self.assertLess(b[..., 3].min(), 0.5)
+
+
+class ShadowTerminators(EngineTest):
+    """The Shading Offset of the shadow terminator."""
+
+    def test_light_that_grazes_counts_less(self):
+        scene = self.for_both((48, 32), 256)
+        cube, floor = bpy.data.objects["Cube"], bpy.data.objects["Floor"]
+        cube.shadow_terminator_shading_offset, floor.shadow_terminator_shading_offset = 1.0, 0.3
+        bpy.ops.mesh.primitive_uv_sphere_add(segments=16, ring_count=8, radius=0.7, location=(1.6, 0, -0.3))
+        ball = bpy.context.object
+        bpy.ops.object.shade_smooth()
+        ball.shadow_terminator_shading_offset = 0.6
+        ball.data.materials.append(kit.material("shiny", Base_Color=(0.7, 0.3, 0.2, 1), Roughness=0.3, Coat_Weight=0.5))
+        ours, theirs = (sum(p["ViewLayer.Combined"].astype(float) for p in found) / 2 for found in self.both())
+        blocks = [picture[..., :3].reshape(8, 4, 12, 4, 3).mean((1, 3)) for picture in (ours, theirs)]
+        off = blocks[0].mean() / blocks[1].mean() - 1
+        error = ((blocks[0] - blocks[1]) ** 2 / (blocks[1] ** 2 + 0.01)).mean()
+        print(f"shading offsets: mean {off:+.3%}, relMSE of blocks {error:.1e}", flush=True)
+        self.assertLess(abs(off), 0.005)
+        self.assertLess(error, 1e-3)
+        found = kit.in_render(lambda depsgraph: kit.export.write_scene(depsgraph, depsgraph.scene, self.folder, self.folder))
+        self.assertFalse([v for v in found.verdicts if v["verdict"] != "exact"])
 
 
 if __name__ == "__main__":

@@ -181,9 +181,8 @@ class Exporter:
         mesh = self._strands(shown, kind) if kind in STRANDS else self._mesh(shown)
         if mesh is None:
             return None
-        offsets = getattr(shown, "shadow_terminator_shading_offset", 0.0), getattr(shown, "shadow_terminator_geometry_offset", 0.1)
-        if kind == "MESH" and (offsets[0] != 0 or abs(offsets[1] - 0.1) > 1e-6):
-            self.verdicts.add("object", shown.name, APPROXIMATED, "its Shadow Terminator is as by default: Shading Offset 0, Geometry Offset 0.1")
+        if kind == "MESH" and abs(getattr(shown, "shadow_terminator_geometry_offset", 0.1) - 0.1) > 1e-6:
+            self.verdicts.add("object", shown.name, APPROXIMATED, "its Shadow Terminator is as by default: Geometry Offset 0.1")
         return self._described_with(mesh, shown, parent)
 
     def _described_with(self, mesh, shown, parent):
@@ -191,6 +190,9 @@ class Exporter:
         extension = visibility.sundog_object([shown, parent], self.view_layer)
         self.verdicts.extend("object", shown.name, self._links.findings.get(shown.name_full, []), untouched=False)
         own = {**self._links.shining(shown), **self._links.lit(shown, parent)}
+        offset = getattr(shown, "shadow_terminator_shading_offset", 0.0)
+        if offset > 0:
+            own["shading_offset"] = float(offset)
         if own:
             extension = {**(extension or {}), **own}
         extension = self._labelled(shown, extension)

@@ -378,6 +378,7 @@ pub(super) struct SundogObject {
     pub color: Option<[f32; 4]>,
     pub pass_index: Option<f32>,
     pub random: Option<f32>,
+    pub shading_offset: Option<f32>,
     pub asset: Option<String>,
     #[serde(flatten)]
     pub links: LinksJson,
@@ -400,6 +401,10 @@ impl SundogObject {
             asset: self.asset.as_deref().map(Into::into),
             links: self.links.links(),
             values: self.values.clone().into(),
+            shading_offset: self
+                .shading_offset
+                .filter(|offset| (0.0..=1.0).contains(offset))
+                .unwrap_or(plain.shading_offset),
         }
     }
 }

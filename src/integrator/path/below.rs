@@ -171,7 +171,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         let asking = self.asking(hit, &past);
         let mut scratch = Scratch::default();
         let mut surface = world.surface::<E>(hit, (origin, asking), Wanted::Lobes, &mut scratch);
-        let normal = self.exit_normal(&mut surface);
+        let normal = self.exit_normal(hit, &mut surface);
         let mut bsdf = KernelBsdf::<E>::new(
             Normals {
                 shading: normal,
@@ -179,7 +179,10 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             },
             -inwards,
             surface.inside,
-            Changes::NONE,
+            Changes {
+                steeper: world.steepness(hit),
+                ..Changes::NONE
+            },
         );
         bsdf.add_lambert(Vec3::ONE, normal);
         bsdf.finish();
@@ -196,11 +199,11 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     }
 
     /// The normal about which light comes out: the mean of what goes on below where that has normals of its own.
-    fn exit_normal(&self, surface: &mut Surface) -> Vec3 {
+    fn exit_normal(&self, hit: &Hit, surface: &mut Surface) -> Vec3 {
         if !surface.mixed.as_ref().is_some_and(Mixed::bumps_below) {
             return surface.normals.smooth;
         }
-        let mut bsdf = self.bare(surface);
+        let mut bsdf = self.bare(hit, surface);
         if let Some(mixed) = &mut surface.mixed {
             mixed.add_to(&mut bsdf, surface.normals.smooth);
         }

@@ -140,7 +140,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         if !(is_lit || opens) {
             return;
         }
-        let mut bsdf = self.bare(&surface);
+        let mut bsdf = self.bare(&found.hit, &surface);
         self.add_lobes(&mut bsdf, &mut surface);
         let mut throughput = brought * rest;
         if (surface.disperses || self.beside.other_side.disperses)
