@@ -769,7 +769,10 @@ fn negative_lights_take_what_the_same_lights_give() {
 #[test]
 fn special_and_general_kernels_agree_bit_for_bit() {
     let mut covered = enumset::EnumSet::empty();
+    let (_, mut grazed) = gallery().swap_remove(0);
+    grazed.instances[0].info.shading_offset = 0.5;
     let more = [
+        ("light that grazes counts less", grazed),
         ("a shadow catcher", catchers::with_ball()),
         ("dispersion", dispersion::with_ball()),
         ("solids that overlap", nesting::ice_in_water()),

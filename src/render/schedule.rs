@@ -176,7 +176,7 @@ pub(super) fn run(
         })
     };
     // First of all: whoever has interrupted waits for it.
-    if job.rays.load(Ordering::Relaxed) > 0 {
+    if job.done.load(Ordering::Relaxed) > 0 {
         pool.install(|| {
             observer.picture(&film, samples.least, true);
             run.save(true);

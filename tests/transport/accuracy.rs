@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 use sundog::film::Bands;
 use sundog::film::Picture;
+use sundog::math::panorama::Panorama;
 use sundog::render::{
     NoiseThreshold, Observer, OutputTime, Passed, Saved, State, Stop, merge, resume,
 };
@@ -698,6 +699,30 @@ fn what_there_is_no_time_for_is_left_out() {
         assert_eq!(rendering.statistics.stop, Stop::Samples);
         assert!(rendering.replicate.is_some());
     }
+}
+
+/// A camera that sees nothing, outside of a fisheye's circle, has a last picture as any other.
+#[test]
+fn a_picture_without_rays_is_handed_over() {
+    struct Last(AtomicU32);
+    impl Observer for Last {
+        fn event(&self, _: &sundog::render::Event) {}
+        fn cancelled(&self) -> bool {
+            false
+        }
+        fn picture(&self, _: &dyn Bands, _: u32, last: bool) {
+            self.0.fetch_add(u32::from(last), Ordering::Relaxed);
+        }
+    }
+    let (_, mut scene) = gallery().swap_remove(0);
+    scene.cameras[0].projection = Projection::Panorama {
+        kind: Panorama::FisheyeEquidistant { fov: 1.0 },
+        shift: [3.0, 0.0],
+    };
+    let last = Last(AtomicU32::new(0));
+    let rendering = render(&scene, &small(4, 4), &last).unwrap();
+    assert_eq!(rendering.statistics.rays, 0);
+    assert_eq!(last.0.into_inner(), 1);
 }
 
 /// What is told of the output's time is left for it, before the limit.

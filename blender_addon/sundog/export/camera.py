@@ -134,7 +134,8 @@ def describe(camera, matrix, render, findings, find=lambda o: o):
             "blades": int(camera.dof.aperture_blades),
             "rotation": float(camera.dof.aperture_rotation),
             "ratio": float(camera.dof.aperture_ratio),
-            "focus_distance": _focus_distance(camera, matrix, find),
+            # As in Cycles.
+            "focus_distance": max(_focus_distance(camera, matrix, find), 1e-5),
         }
     if camera.type == "PANO":
         settings = camera if hasattr(camera, "panorama_type") else camera.cycles
