@@ -720,7 +720,12 @@ fn a_picture_without_rays_is_handed_over() {
         shift: [3.0, 0.0],
     };
     let last = Last(AtomicU32::new(0));
-    let rendering = render(&scene, &small(4, 4), &last).unwrap();
+    // Depths are asked for by a ray of their own.
+    let settings = RenderSettings {
+        passes: Passes::COMBINED,
+        ..small(4, 4)
+    };
+    let rendering = render(&scene, &settings, &last).unwrap();
     assert_eq!(rendering.statistics.rays, 0);
     assert_eq!(last.0.into_inner(), 1);
 }
