@@ -30,12 +30,10 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     #[inline(always)]
     pub(super) fn lit(&self, hit: &Hit) -> f32 {
         match &self.beside.stopped {
-            Some(stopped) if E::EVERYTHING && stopped.passing != 0.0 => {
-                if self.lights_in_passing(hit) {
-                    1.0 / (1.0 + stopped.passing)
-                } else {
-                    1.0
-                }
+            Some(stopped)
+                if E::EVERYTHING && stopped.passing != 0.0 && self.lights_in_passing(hit) =>
+            {
+                1.0 / (1.0 + stopped.passing)
             }
             _ => 1.0,
         }
