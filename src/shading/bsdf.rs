@@ -9,10 +9,12 @@ mod found;
 mod kinds;
 mod receiving;
 mod roughness;
+mod steeper;
 mod uniform;
 
 pub use elsewhere::Elsewhere;
 pub use found::{BsdfSample, BsdfValue};
+use steeper::steepened;
 
 use super::closure::{AllFeatures, BsdfFeatures, Diffuse, Lobe, LobeSample, LobeValue, Normals};
 use super::ggx::Alpha;
@@ -62,7 +64,7 @@ pub struct Changes {
     pub diffused: bool,
     /// Where directions are drawn, a bump's facets send light also to behind the smooth surface, as in Cycles.
     pub behind: bool,
-    /// Light that is reflected counts as if its angle to a lobe's normal were so many times as great (see `steepened`).
+    /// Light that is reflected counts as if its angle to a lobe's normal were so many times as great (see `steeper::steepened`).
     pub steeper: f32,
 }
 
@@ -510,13 +512,6 @@ impl<K: BsdfFeatures> Bsdf<K> {
         self.sums_by::<false>(left_out, wi, transmitted)
     }
 
-    // Apart: a look at each lobe costs others half a percent of their instructions.
-    #[cold]
-    #[inline(never)]
-    fn steeper_sums(&self, left_out: usize, wi: Vec3, transmitted: bool) -> Sums {
-        self.sums_by::<true>(left_out, wi, transmitted)
-    }
-
     #[inline(always)]
     fn sums_by<const STEEPER: bool>(&self, left_out: usize, wi: Vec3, transmitted: bool) -> Sums {
         let left = |value: Vec3, normal: Vec3| match STEEPER {
@@ -591,12 +586,6 @@ impl<K: BsdfFeatures> Bsdf<K> {
         }
         let sums = self.sums(usize::MAX, wi, false);
         Self::weigh(wi, (Scattering::Diffuse, false), &sums)
-    }
-
-    /// Whether light that grazes the surface counts less.
-    #[inline(always)]
-    fn is_steeper(&self) -> bool {
-        K::BUMPS && self.changes.steeper != 1.0
     }
 
     /// The smooth normal behind which a lobe draws no direction.
@@ -687,17 +676,6 @@ impl<K: BsdfFeatures> Bsdf<K> {
             alpha: 1.0,
         })
     }
-}
-
-/// What of reflected light is left where its angle θ to a lobe's normal counts as m·θ: cos(m·θ) / cos(θ), and nothing beyond a
-/// quarter turn. Against edges of triangles in soft shadows, as Cycles has it (`shift_cos_in`).
-#[cold]
-fn steepened(cos: f32, steeper: f32) -> f32 {
-    if cos <= 0.0 {
-        return 1.0;
-    }
-    let cos = cos.min(1.0);
-    ((cos.acos() * steeper).cos() / cos).max(0.0)
 }
 
 #[cfg(test)]
