@@ -103,7 +103,7 @@ impl PreparedMaterial {
         (average(taken) >= LEAST_PORTAL).then_some(taken)
     }
 
-    /// The share of a point that holdouts empty; `None` where that is nothing.
+    /// The share of a point that holdouts empty; `None` where no shader is one.
     pub fn held_out(&self, at: &impl Place) -> Option<f32> {
         let opacity = self.programs.opacity.as_ref()?;
         let root = opacity.holdout.as_ref()?;
@@ -165,9 +165,7 @@ impl World {
         if self.is_hidden(hit, direction) || E::EVERYTHING && self.is_left(hit, sender.past.left) {
             return 0.0;
         }
-        let entry = &self.geometry.entries[hit.object() as usize];
-        let mesh = &self.geometry.meshes[entry.mesh as usize];
-        let material = &self.materials[mesh.material as usize];
+        let material = self.prepared(hit);
         if !E::EVERYTHING || !material.translucent {
             return 1.0;
         }
@@ -273,26 +271,20 @@ impl World {
     /// Whether all light passes straight on at a hit, without a look at its material's program.
     #[inline]
     pub fn lets_all_pass(&self, hit: &Hit) -> bool {
-        let entry = &self.geometry.entries[hit.object() as usize];
-        let mesh = &self.geometry.meshes[entry.mesh as usize];
-        self.materials[mesh.material as usize].lets_all_pass
+        self.prepared(hit).lets_all_pass
     }
 
     /// Whether what a path may pass at a hit shines.
     #[inline]
     pub fn glows_in_passing(&self, hit: &Hit) -> bool {
-        let entry = &self.geometry.entries[hit.object() as usize];
-        let mesh = &self.geometry.meshes[entry.mesh as usize];
-        self.materials[mesh.material as usize].glows_in_passing
+        self.prepared(hit).glows_in_passing
     }
 
     /// What passes straight on at a hit, as a colour, and the share of the rest; `None` where that takes no colour.
     #[cold]
     #[inline(never)]
     pub fn tint(&self, hit: &Hit, asking: Asking) -> Option<(Vec3, f32)> {
-        let entry = &self.geometry.entries[hit.object() as usize];
-        let mesh = &self.geometry.meshes[entry.mesh as usize];
-        let material = &self.materials[mesh.material as usize];
+        let material = self.prepared(hit);
         material.is_tinted.then(|| {
             let mut moment = None;
             let (entry, mesh, triangle) = self.object_at::<General>(hit, &mut moment);
@@ -310,16 +302,26 @@ impl World {
         })
     }
 
-    /// How much of a hit a holdout empties for rays of the camera; `None` where that is nothing.
+    /// How much of a hit holdouts among its shaders empty for rays of the camera; `None` where no shader is one.
     pub fn held_out(&self, hit: &Hit, asking: Asking) -> Option<f32> {
-        let mut moment = None;
-        let (entry, mesh, triangle) = self.object_at::<General>(hit, &mut moment);
-        let material = &self.materials[mesh.material as usize];
-        let mut at = entry.at(mesh, (triangle, hit.u, hit.v), asking);
-        at.around = self.traces().then_some(self);
-        material.held_out(&at)
+        self.tell(hit, asking, |material, at| material.held_out(at))
     }
 
+    /// What a hit's material says of it to a ray that may ask the scene.
+    fn tell<T>(
+        &self,
+        hit: &Hit,
+        asking: Asking,
+        say: impl FnOnce(&PreparedMaterial, &HitPoint<'_>) -> T,
+    ) -> T {
+        let mut moment = None;
+        let (entry, mesh, triangle) = self.object_at::<General>(hit, &mut moment);
+        let mut at = entry.at(mesh, (triangle, hit.u, hit.v), asking);
+        at.around = self.traces().then_some(self);
+        say(&self.materials[mesh.material as usize], &at)
+    }
+
+    #[inline]
     fn prepared(&self, hit: &Hit) -> &PreparedMaterial {
         let entry = &self.geometry.entries[hit.object() as usize];
         let mesh = &self.geometry.meshes[entry.mesh as usize];
@@ -342,12 +344,9 @@ impl World {
     #[cold]
     #[inline(never)]
     pub fn is_portal(&self, hit: &Hit, asking: Asking) -> bool {
-        let mut moment = None;
-        let (entry, mesh, triangle) = self.object_at::<General>(hit, &mut moment);
-        let material = &self.materials[mesh.material as usize];
-        let mut at = entry.at(mesh, (triangle, hit.u, hit.v), asking);
-        at.around = self.traces().then_some(self);
-        material.has_portal() && material.portal(&at).is_some()
+        self.tell(hit, asking, |material, at| {
+            material.has_portal() && material.portal(at).is_some()
+        })
     }
 
     /// Whether queries have to ask about hits. Where they don't, all kernels ask Embree the same: of two surfaces at

@@ -136,35 +136,36 @@ fn objects(scene: &Scene) -> Vec<u32> {
 
 /// By entry how many times as steep light falls on it, if any has such an offset and if the effect is kept.
 fn steeper(scene: &Scene, options: &Options) -> Vec<f32> {
-    let offset = |instance: &Instance| instance.info.shading_offset;
-    if !options.effects.contains(Effect::ShadowTerminators)
-        || scene
-            .instances
-            .iter()
-            .all(|instance| offset(instance) <= 0.0)
-    {
-        return Vec::new();
-    }
-    let placed = scene.instances.iter();
-    let placed = placed.filter(|instance| scene.has_triangles(instance));
-    placed
-        .map(|instance| 1.0 / (1.0 - 0.5 * offset(instance)))
-        .collect()
+    let steepness = |instance: &Instance| 1.0 / (1.0 - 0.5 * instance.info.shading_offset);
+    by_entry(steepness, 1.0, Effect::ShadowTerminators, scene, options)
 }
 
-/// Which entries are of a kind, if any and if the effect is kept: entries are the instances with triangles, in their order.
+/// Which entries are of a kind, if any and if the effect is kept.
 fn entries_that(
     are: impl Fn(&Instance) -> bool,
     effect: Effect,
     scene: &Scene,
     options: &Options,
 ) -> Vec<bool> {
-    if !(options.effects.contains(effect) && scene.instances.iter().any(&are)) {
+    by_entry(are, false, effect, scene, options)
+}
+
+/// What entries have, if some instance has another than the plain one and if the effect is kept: entries are the instances with
+/// triangles, in their order.
+fn by_entry<T: PartialEq>(
+    of: impl Fn(&Instance) -> T,
+    plain: T,
+    effect: Effect,
+    scene: &Scene,
+    options: &Options,
+) -> Vec<T> {
+    let has_one = || scene.instances.iter().any(|instance| of(instance) != plain);
+    if !(options.effects.contains(effect) && has_one()) {
         return Vec::new();
     }
     let placed = scene.instances.iter();
     let placed = placed.filter(|instance| scene.has_triangles(instance));
-    placed.map(are).collect()
+    placed.map(of).collect()
 }
 
 /// Whether a transform keeps all angles, within a millionth: as Cycles asks.

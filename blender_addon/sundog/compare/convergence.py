@@ -18,7 +18,7 @@ _REFERENCE_SEED = 1_000_000
 # What `sundog converge` decides itself, and what is of passes that it has not.
 _OWN = {
     "--samples", "--seed", "--time", "--noise", "--frames", "--json", "--error", "--pixel-error", "--noise-threshold", "--min-samples",
-    "--passes", "--mist", "--ao-distance", "--alpha-threshold", "--centre-passes", "--light-groups",
+    "--passes", "--mist", "--ao-distance", "--alpha-threshold", "--centre-passes",
 }
 
 

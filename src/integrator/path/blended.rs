@@ -116,9 +116,9 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         let (brought, passes, rest) = (self.throughput, passing.passes, passing.rest);
         let is_lit = rest > 0.0 && self.lights_in_passing(&found.hit);
         let is_first = self.bounce == 0;
-        let is_noted = self.beside.is_noted || !is_enough(self.settings, passes);
+        let is_to_note = is_first && !self.beside.is_noted && is_enough(self.settings, passes);
         let opens = is_first && self.light.sink.asks_occlusion() && alpha(passes) != Vec3::ZERO;
-        if !(is_lit || is_first && !is_noted || opens) {
+        if !(is_lit || is_to_note || opens) {
             if is_first {
                 let point = self.origin + self.direction * found.hit.distance;
                 self.note_object(&found.hit, point, (brought, passes));

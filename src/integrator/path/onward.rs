@@ -104,10 +104,11 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             {
                 return true;
             }
-            let mut held = HeldOut::Share;
-            if self.is_seen() && self.world.may_be_held_out(&found.hit) {
-                held = self.hold_out(&found.hit);
-            }
+            let held = if self.is_seen() && self.world.may_be_held_out(&found.hit) {
+                self.hold_out(&found.hit)
+            } else {
+                HeldOut::Share
+            };
             match held {
                 HeldOut::Whole => {
                     self.end(End::Holdout);
