@@ -23,8 +23,8 @@ pub const BOX_SIDES: [[u32; 4]; 6] = [
     [1, 3, 7, 5],
 ];
 
-/// Weights of linear Rec.709 in luminance (ITU-R BT.709-6, item 3.2).
-pub const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
+/// Weights of linear Rec.709 in luminance: Y of the primaries and the white of ITU-R BT.709-6 (item 1.3), which its item 3.2 rounds.
+pub const LUMINANCE: [f64; 3] = [0.212_639, 0.715_169, 0.072_192];
 
 /// Rec.709 luminance of a linear colour.
 pub fn luminance(color: Vec3) -> f32 {

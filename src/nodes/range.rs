@@ -18,12 +18,28 @@ choice! {
 }
 
 impl RangeKind {
-    /// A number brought from one range to another; 0 where the first one is empty. The smooth ones end at the ends.
+    /// A number brought from one range to another; 0 where the first one is empty, or what clamping makes of it.
     #[inline]
     pub fn of(self, value: f32, from: (f32, f32), to: (f32, f32), steps: f32, clamp: bool) -> f32 {
-        if from.0 == from.1 {
-            return 0.0;
+        if from.0 != from.1 {
+            self.of_component(value, from, to, steps, clamp)
+        } else if clamp {
+            between(0.0, to.0, to.1)
+        } else {
+            0.0
         }
+    }
+
+    /// The same of a vector's component: at the second range's begin where the first one is empty. The smooth kinds end at the ends.
+    #[inline]
+    pub fn of_component(
+        self,
+        value: f32,
+        from: (f32, f32),
+        to: (f32, f32),
+        steps: f32,
+        clamp: bool,
+    ) -> f32 {
         let t = divided(value - from.0, from.1 - from.0);
         let t = match self {
             Self::Linear => t,
@@ -62,9 +78,18 @@ mod tests {
         assert_eq!(of(RangeKind::Stepped, 1.0, false), 0.0);
         assert_eq!(of(RangeKind::SmoothStep, 1.0, false), 0.0);
         assert_eq!(of(RangeKind::SmootherStep, 9.0, false), -1.0);
-        assert_eq!(
-            RangeKind::Linear.of(1.0, (2.0, 2.0), (3.0, 4.0), 1.0, true),
-            0.0
-        );
+    }
+
+    #[test]
+    fn an_empty_range_gives_zero_before_clamping_and_of_vectors_the_begin() {
+        for kind in [RangeKind::Linear, RangeKind::Stepped, RangeKind::SmoothStep] {
+            let empty = (2.0, 2.0);
+            assert_eq!(kind.of(1.0, empty, (3.0, 4.0), 1.0, false), 0.0);
+            assert_eq!(kind.of(1.0, empty, (3.0, 4.0), 1.0, true), 3.0);
+            assert_eq!(kind.of(1.0, empty, (4.0, 3.0), 1.0, true), 3.0);
+            for clamp in [false, true] {
+                assert_eq!(kind.of_component(1.0, empty, (4.0, 3.0), 1.0, clamp), 4.0);
+            }
+        }
     }
 }

@@ -93,9 +93,6 @@ LINEAR = set(_PRIMARIES)
 
 def luminance():
     """The weights of the working space's numbers in luminance, as Cycles has them."""
-    if working_space() == REC709:
-        # As ITU-R BT.709-6 rounds them.
-        return numpy.array([0.2126, 0.7152, 0.0722])
     return _XYZ[working_space()][1]
 
 

@@ -328,7 +328,10 @@ pub(super) fn mixed(network: &mut Network, first: Term, second: Term, factor: Te
     let function = if size == 1 {
         Function::MixFloat { clamp }
     } else {
-        Function::MixVector { clamp }
+        Function::MixVector {
+            clamp,
+            uniform: false,
+        }
     };
     let inputs = [factor.rgb, second.rgb, first.rgb];
     let rgb = network.function(function, &inputs).into();

@@ -37,7 +37,7 @@ impl Function {
             Self::VectorComponent => "Get Vector Component",
             Self::MixFloat { .. } | Self::MixVector { .. } | Self::MixColor { .. } => "Mix",
             Self::ColorRamp(_) => "Color Ramp",
-            Self::Curves(_) => "Curves",
+            Self::Curves(_) | Self::VectorCurves(_) => "Curves",
             Self::FloatCurve(_) => "Float Curve",
             Self::MapRange { .. } | Self::MapRangeVector { .. } => "Map Range",
             Self::Clamp { .. } => "Clamp",

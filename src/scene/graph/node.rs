@@ -575,6 +575,8 @@ pub enum Lane {
     Rgb,
     /// The first three: a vector, of which a number is the mean.
     Xyz,
+    /// The mean of the first three: a number, for vectors too.
+    Mean,
     /// One of them: 0 to 3.
     One(u8),
 }
@@ -585,6 +587,10 @@ pub const ONLY: u8 = 0;
 pub const COLOR: u8 = 0;
 /// Output "Alpha" of images and attributes.
 pub const ALPHA: u8 = 1;
+/// Output "Vector" of attributes.
+pub const VECTOR: u8 = 2;
+/// Output "Fac" of attributes.
+pub const FACTOR: u8 = 3;
 /// Outputs of Separate Color.
 pub const RED: u8 = 0;
 /// Outputs of Separate Color.

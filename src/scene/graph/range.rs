@@ -3,7 +3,7 @@
 use super::super::material::{ImageUse, Texture};
 use super::node::{math, mix, separate};
 use super::{Graph, Input, Lane, Link, MathOperation, NodeKind, SocketKind};
-use crate::math::luminance;
+use crate::math::{average, luminance};
 use glam::{Vec3, Vec4};
 
 /// The least and the greatest that numbers can be, in RGBA. They are infinite where nothing is known, so that nothing times
@@ -69,8 +69,8 @@ impl Range {
                 let gray = |color: Vec4| Vec4::splat(luminance(color.truncate()));
                 Self::of([gray(self.low), gray(self.high)])
             }
-            (Lane::Xyz, SocketKind::Float) => {
-                let mean = |v: Vec4| Vec4::splat(v.truncate().element_sum() / 3.0);
+            (Lane::Xyz, SocketKind::Float) | (Lane::Mean, _) => {
+                let mean = |v: Vec4| Vec4::splat(average(v.truncate()));
                 Self::of([mean(self.low), mean(self.high)])
             }
             (Lane::Rgb | Lane::Xyz, _) => self,
@@ -256,7 +256,7 @@ impl Graph {
                 let of = &mut taken[link.node as usize];
                 match self.gives(link).1 {
                     Lane::One(i) => of[usize::from(i)] = true,
-                    Lane::Rgb | Lane::Xyz => {
+                    Lane::Rgb | Lane::Xyz | Lane::Mean => {
                         for (i, of) in of[..3].iter_mut().enumerate() {
                             *of |= node.kind != NodeKind::SeparateColor || by_node[i];
                         }

@@ -1,7 +1,7 @@
 //! Operations that are calls of nodes' functions.
 
 use super::{Evaluation, Openness, Operand, Place, Program, Root};
-use crate::math::luminance;
+use crate::math::{average, luminance};
 use crate::scene::graph::function::{
     DisplacementSpace, PlaceInput, RayPart, Sockets, Space, Transformed, bump,
 };
@@ -73,7 +73,7 @@ impl Filled<'_> {
     #[inline(always)]
     fn reduced(part: Part, value: Vec3) -> f32 {
         match part {
-            Part::Mean => value.element_sum() / 3.0,
+            Part::Mean => average(value),
             _ => luminance(value),
         }
     }
@@ -136,6 +136,7 @@ impl Call {
                         Lane::One(lane) => (u32::from(lane), Part::One),
                         Lane::Rgb if is_number => (0, Part::Luminance),
                         Lane::Xyz if is_number => (0, Part::Mean),
+                        Lane::Mean => (0, Part::Mean),
                         Lane::Rgb | Lane::Xyz => (0, Part::Vector),
                     };
                     Taken {

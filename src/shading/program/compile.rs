@@ -7,6 +7,7 @@ use super::shader::{roots_of, shader};
 use super::{
     Call, Emission, Height, Operand, Operation, Program, Programs, Root, Shining, Weighted,
 };
+use crate::math::average;
 use crate::math::primaries::WorkingSpace;
 use crate::scene::graph::function::bump;
 use crate::scene::graph::node::{image_texture, math, mix, normal_map, separate, tangent};
@@ -181,8 +182,11 @@ impl<'a, S: Source> Compiler<'a, S> {
                 Operand::Constant(Vec4::splat(value[usize::from(i)]))
             }
             (Operand::Constant(value), Lane::Rgb | Lane::Xyz) => Operand::Constant(value),
+            (Operand::Constant(value), Lane::Mean) => {
+                Operand::Constant(Vec4::splat(average(value.truncate())))
+            }
             // A number stands in all places.
-            (one @ Operand::Register(_, Lane::One(_)), _) => one,
+            (one @ Operand::Register(_, Lane::One(_) | Lane::Mean), _) => one,
             (Operand::Register(at, Lane::Rgb | Lane::Xyz), lane) => Operand::Register(at, lane),
         }
     }

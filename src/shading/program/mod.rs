@@ -23,7 +23,7 @@ pub use shaders::{CoatRoots, LayerRoots, Shader, Weighted};
 pub use volume::VolumeProgram;
 
 use super::texture::PreparedTexture;
-use crate::math::luminance;
+use crate::math::{average, luminance};
 use crate::scene::graph::function::{DisplacementSpace, PlaceInput, Space, Transformed};
 use crate::scene::graph::{
     Blend, Function, ImageProjection, Lane, MathOperation, NormalSpace, TangentKind,
@@ -502,6 +502,7 @@ impl<P: Place> Evaluation<'_, P> {
         match operand {
             Operand::Constant(value) => value.truncate(),
             Operand::Register(at, Lane::Rgb | Lane::Xyz) => self.registers[at as usize].truncate(),
+            Operand::Register(at, Lane::Mean) => Vec3::splat(self.mean(at)),
             Operand::Register(at, Lane::One(i)) => {
                 Vec3::splat(self.registers[at as usize][usize::from(i)])
             }
@@ -514,10 +515,13 @@ impl<P: Place> Evaluation<'_, P> {
             Operand::Constant(value) => value.x,
             Operand::Register(at, Lane::One(i)) => self.registers[at as usize][usize::from(i)],
             Operand::Register(at, Lane::Rgb) => luminance(self.registers[at as usize].truncate()),
-            Operand::Register(at, Lane::Xyz) => {
-                self.registers[at as usize].truncate().element_sum() / 3.0
-            }
+            Operand::Register(at, Lane::Xyz | Lane::Mean) => self.mean(at),
         }
+    }
+
+    #[inline]
+    fn mean(&self, at: u32) -> f32 {
+        average(self.registers[at as usize].truncate())
     }
 
     #[inline]

@@ -32,12 +32,10 @@ const MIX_RGB: &[(&str, &str)] = &[
     ("A_Color", "Color1"),
     ("B_Color", "Color2"),
 ];
-const UNIFORM: &[(&str, &str)] = &[("Factor_Vector", "Factor_Float")];
 /// Nodes of Blender before 5.0 that Combine Color and Separate Color took the place of.
 const COMBINE_RGB: &[(&str, &str)] = &[("Red", "R"), ("Green", "G"), ("Blue", "B")];
 const COMBINE_HSV: &[(&str, &str)] = &[("Red", "H"), ("Green", "S"), ("Blue", "V")];
 const SEPARATE_RGB: &[(&str, &str)] = &[("Color", "Image")];
-const VECTOR_CURVE: &[(&str, &str)] = &[("Color", "Vector")];
 
 impl NodeJson {
     pub(super) fn text(&self, name: &str) -> Option<&str> {
@@ -192,10 +190,7 @@ pub(super) fn of(
             }
         }
         "RGBCurve" => only(Function::Curves(curves(node)?)),
-        "VectorCurve" => Found {
-            aliases: VECTOR_CURVE,
-            ..only(Function::Curves(curves(node)?))
-        },
+        "VectorCurve" => only(Function::VectorCurves(curves(node)?)),
         "FloatCurve" => only(Function::FloatCurve(float_curve(node, version)?)),
         "MapRange" => {
             let kind = node.named("interpolation_type", RangeKind::from_name)?;
@@ -339,14 +334,10 @@ fn mix(node: &NodeJson) -> Result<Found, Refusal> {
     let clamp = node.is("clamp_factor");
     Ok(match node.text("data_type") {
         Some("FLOAT") => only(Function::MixFloat { clamp }),
-        Some("VECTOR") => Found {
-            aliases: if node.text("factor_mode") == Some("NON_UNIFORM") {
-                &[]
-            } else {
-                UNIFORM
-            },
-            ..only(Function::MixVector { clamp })
-        },
+        Some("VECTOR") => only(Function::MixVector {
+            clamp,
+            uniform: node.text("factor_mode") != Some("NON_UNIFORM"),
+        }),
         Some("RGBA") => only(Function::MixColor {
             blend: blend(node, "Factor_Float", clamp)?,
             clamp,

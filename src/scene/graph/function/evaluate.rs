@@ -135,7 +135,7 @@ impl Function {
             } => mixed(*blend, [*clamp, *clamp_result], inputs),
             Self::ColorRamp(table) => table.at(inputs.number(0)),
             Self::HueSaturation => hue_saturated(inputs),
-            Self::Curves(curves) => curved(curves, inputs),
+            Self::Curves(curves) | Self::VectorCurves(curves) => curved(curves, inputs),
             Self::MapRange { kind, clamp } => map_range(*kind, *clamp, inputs),
             _ => self.of_others(inputs),
         }
@@ -171,7 +171,7 @@ impl Function {
                 let t = clamped(number(0), *clamp);
                 same(number(1) * (1.0 - t) + number(2) * t)
             }
-            Self::MixVector { clamp } => {
+            Self::MixVector { clamp, .. } => {
                 let t = vector(0);
                 let t = if *clamp {
                     t.clamp(Vec3::ZERO, Vec3::ONE)
@@ -188,7 +188,7 @@ impl Function {
                 let all = [0, 1, 2, 3, 4, 5].map(vector);
                 let one = |i: usize| {
                     let at = |socket: usize| all[socket][i];
-                    kind.of(at(0), (at(1), at(2)), (at(3), at(4)), at(5), *clamp)
+                    kind.of_component(at(0), (at(1), at(2)), (at(3), at(4)), at(5), *clamp)
                 };
                 full(Vec3::new(one(0), one(1), one(2)))
             }

@@ -216,6 +216,8 @@ pub enum Function {
     MixVector {
         /// The factor is brought to 0..=1.
         clamp: bool,
+        /// One for all.
+        uniform: bool,
     },
     /// Mix of colours.
     MixColor {
@@ -228,8 +230,10 @@ pub enum Function {
     },
     /// Color Ramp.
     ColorRamp(Arc<Table>),
-    /// RGB Curves, and Vector Curves.
+    /// RGB Curves.
     Curves(Arc<Curves>),
+    /// Vector Curves.
+    VectorCurves(Arc<Curves>),
     /// Float Curve.
     FloatCurve(Arc<Curves>),
     /// Map Range of a number.
@@ -392,6 +396,7 @@ impl Function {
                     (Color, Lane::Rgb),
                     (Float, Lane::One(3)),
                     (Vector, Lane::Xyz),
+                    (Float, Lane::Mean),
                 ],
                 _ => &[(Vector, Lane::Xyz)],
             },
@@ -412,6 +417,7 @@ impl Function {
             | Self::Wireframe { .. } => &[(Float, Lane::One(0))],
             Self::VectorMath(_) => &[(Vector, Lane::Xyz), (Float, Lane::One(3))],
             Self::MixVector { .. }
+            | Self::VectorCurves(_)
             | Self::MapRangeVector { .. }
             | Self::CombineXyz
             | Self::Mapping(_)

@@ -89,6 +89,15 @@ pub(super) fn of(function: &Function) -> &'static [Socket] {
                 ]
             }
         }
+        Function::MixVector { uniform: true, .. } => {
+            const {
+                &[
+                    float("Factor_Float", 0.5),
+                    vector("A_Vector", [0.0; 3]),
+                    vector("B_Vector", [0.0; 3]),
+                ]
+            }
+        }
         Function::MixVector { .. } => {
             const {
                 &[
@@ -109,6 +118,7 @@ pub(super) fn of(function: &Function) -> &'static [Socket] {
         }
         Function::ColorRamp(_) => const { &[float("Fac", 0.5)] },
         Function::Curves(_) => const { &[float("Fac", 1.0), color("Color", [0.0; 3])] },
+        Function::VectorCurves(_) => const { &[float("Fac", 1.0), vector("Vector", [0.0; 3])] },
         Function::FloatCurve(_) => const { &[float("Factor", 1.0), float("Value", 1.0)] },
         Function::MapRange { .. } => {
             const {

@@ -21,7 +21,14 @@ fn some() -> Vec<Function> {
         },
         Function::VectorMath(VectorMath::Length),
         Function::MixFloat { clamp: true },
-        Function::MixVector { clamp: true },
+        Function::MixVector {
+            clamp: true,
+            uniform: true,
+        },
+        Function::MixVector {
+            clamp: true,
+            uniform: false,
+        },
         Function::MixColor {
             blend: BlendMode::Mix,
             clamp: true,
@@ -29,6 +36,7 @@ fn some() -> Vec<Function> {
         },
         Function::ColorRamp(Arc::new(table)),
         Function::Curves(curves.clone()),
+        Function::VectorCurves(curves.clone()),
         Function::FloatCurve(curves),
         Function::MapRange {
             kind: RangeKind::Linear,
