@@ -12,6 +12,8 @@ STEFAN_BOLTZMANN = 5.670373e-8 * 1e-6 / math.pi
 
 # As Cycles tabulates ramps and curves (from 4.4 on): so many entries, the last one at the end of the range.
 TABLE_SIZE = 257
+# Entries of the black body's colours, so that lines between them are within 2e-5 of its curves.
+BLACKBODY_SIZE = 2049
 
 
 def in_other_words(use, inputs, grids=None):
@@ -41,7 +43,8 @@ def _blackbody(temperature, first):
     """A ramp of the temperature's reciprocal, between those of its ends."""
     cold, hot = 1 / blackbody.COLDEST, 1 / blackbody.HOTTEST
     least = 0.5 * blackbody.COLDEST
-    colors = [blackbody.color(1 / t) for t in numpy.linspace(hot, cold, TABLE_SIZE)]
+    # The last one is that of all that is colder.
+    colors = [blackbody.color(1 / t) for t in numpy.linspace(hot, cold, BLACKBODY_SIZE)[:-1]] + [blackbody.color(0.0)]
     out = [{"node": first + i, "output": "Value"} for i in range(4)]
     return [
         _maths("MAXIMUM", temperature, least),

@@ -238,9 +238,13 @@ impl Graph {
                     let value = of(socket).constant()?;
                     Some(Vec3::from(value).extend(value[0]))
                 });
-                let inputs: Option<Vec<Vec4>> = known.collect();
-                let result = inputs.and_then(|inputs| function.evaluate(&inputs));
-                result.map_or_else(|| facts.varying(), Range::only)
+                let known: Vec<Option<Vec4>> = known.collect();
+                let inputs: Option<Vec<Vec4>> = known.iter().copied().collect();
+                match inputs.and_then(|inputs| function.evaluate(&inputs)) {
+                    Some(result) => Range::only(result),
+                    None if function.is_annulled(&known) => Range::only(Vec4::ZERO),
+                    None => facts.varying(),
+                }
             }
             _ => Range::UNKNOWN,
         }

@@ -526,7 +526,6 @@ impl Reader<'_, '_, '_> {
             _ => {}
         }
         match (&*node.kind, output) {
-            ("ShaderNodeMapping", _) if is_annulled(node) => return Ok(Input::Value([0.0; 3])),
             ("ShaderNodeNormal", "Dot") => return self.normal_dot(at),
             ("ShaderNodeCameraData", "View Vector") => {
                 let camera = Function::Place(PlaceInput::Camera);
@@ -636,16 +635,6 @@ impl Reader<'_, '_, '_> {
         let kind = NodeKind::Function(Function::Place(PlaceInput::Generated));
         self.graph.add(Node::new(kind)).into()
     }
-}
-
-/// Whether a Mapping of points scales what is not constant by 0: Cycles leaves it out then with its location
-/// (ConstantFolder::fold_mapping).
-fn is_annulled(mapping: &NodeJson) -> bool {
-    let none = mapping.inputs.get("Scale");
-    let links = |input: &SocketJson| matches!(input, SocketJson::Link(_));
-    mapping.text("vector_type") == Some("POINT")
-        && matches!(none, Some(SocketJson::Numbers(scale)) if scale.iter().all(|s| *s == 0.0))
-        && mapping.inputs.values().any(links)
 }
 
 #[cfg(test)]

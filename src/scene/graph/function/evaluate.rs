@@ -8,6 +8,7 @@ use crate::nodes::math::Math;
 use crate::nodes::mix::BlendMode;
 use crate::nodes::radial_tiling::radial_tiling;
 use crate::nodes::range::{RangeKind, between};
+use crate::nodes::vector::Mapping;
 use crate::nodes::whole::whole;
 use glam::{Vec3, Vec4};
 
@@ -99,6 +100,13 @@ impl Function {
             && (1..)
                 .zip(neutral)
                 .all(|(socket, value)| known(socket) == Some(value))
+    }
+
+    /// Whether what is known of its sockets makes nothing of all that varies: of a Mapping that scales points by 0 Cycles leaves out the
+    /// location too (ConstantFolder::fold_mapping).
+    pub fn is_annulled(&self, known: &[Option<Vec4>]) -> bool {
+        let scale = matches!(self, Self::Mapping(Mapping::Point)).then(|| known[3]);
+        scale.flatten().is_some_and(|s| s.truncate() == Vec3::ZERO)
     }
 
     /// Whether it asks for the place that is shaded.
