@@ -41,7 +41,7 @@ BOUNDS = {
 }  # fmt: skip
 
 # What makes nothing defined where it is 0.
-NEVER_LINKED = {"Brick Width", "Row Height", "Sides", "Roundness"}
+NEVER_LINKED = {"Brick Width", "Row Height", "Sides", "Roundness", "Thin Wall"}
 
 NUMBERS = {"VALUE", "RGBA", "VECTOR", "INT", "BOOLEAN", "ROTATION"}
 # Channels of a texel may differ by so much of the tree's mean and of themselves, in this share of texels: edges are seen from both sides.
@@ -71,6 +71,7 @@ class Tree:
     known = None
 
     def __init__(self, tile, name):
+        # Tiles are named as what shines, for which balls are far apart.
         self.kind, self.dice = tile.kind, random.Random(f"{tile.kind} {tile.node}")
         self.numbers, self.ends = Tree.known
         self.material = bpy.data.materials.new(name)
@@ -170,7 +171,7 @@ class Tree:
             low = 0 if socket.name in {"Radius", "Subsurface Radius", "Scale"} else -1
             socket.default_value = [dice.uniform(low, 1) for _ in was]
         elif socket.type == "BOOLEAN":
-            socket.default_value = dice.random() < 0.5
+            socket.default_value = dice.random() < 0.2
         else:
             low, high = BOUNDS.get(socket.name, (0, 1))
             socket.default_value = type(was)(dice.uniform(low, high))
@@ -206,7 +207,7 @@ def run(kind, first, count, samples):
     before, tiles.Tree = tiles.Tree, Tree
     try:
         numbers = range(first, first + count)
-        rows, shown = parity.measure([tiles.Tile(str(n), (), (), "", kind) for n in numbers], samples)
+        rows, shown = parity.measure([tiles.Tile(f"Emission {n}", (), (), "", kind) for n in numbers], samples)
     finally:
         tiles.Tree = before
     for place, (number, row, (ours, theirs)) in enumerate(zip(numbers, rows, shown)):

@@ -93,6 +93,11 @@ class Surface:
         """Whether nothing is there but what is behind."""
         return isinstance(self.alpha, Const) and self.alpha.value == 0 and self.is_dark()
 
+    def is_like(self, other):
+        """Whether the other one has the same normals and the same of all that is not mixed."""
+        normals = [s.normal and (s.normal[0].key(), s.normal[1]) for s in (self, other)]
+        return normals[0] == normals[1] and self.others == other.others and self.thin_walled == other.thin_walled
+
     def is_dark(self):
         """Whether it emits nothing."""
         return isinstance(self.emission, Const) and not self.emission.value.any()
@@ -564,15 +569,16 @@ class Reader:
             emission = expressions.operation(
                 "add", lambda a, b: a + b, [multiply(as_color(share), emitter.emission), multiply(as_color(rest), other.emission)], True
             )
-            if other.is_dark() and isinstance(factor, Const) and self._is_plain_diffuse(other):
+            if other.is_dark() and isinstance(factor, Const) and self._is_plain_diffuse(other) and not other.others:
                 return other.copy(base_color=multiply(as_color(rest), other.base_color), emission=emission)
             if self._is_pure_emission(other):
                 return other.copy(emission=emission)
             self.note(APPROXIMATED, "a mix with an emission keeps the whole highlight")
             return other.copy(base_color=multiply(as_color(rest), other.base_color), emission=emission)
         varying = [n for n in (*Surface.COLORS, *Surface.SCALARS) if getattr(first, n).key() != getattr(second, n).key()]
-        diffuse = self._is_plain_diffuse(first) and self._is_plain_diffuse(second)
-        if varying and not (diffuse and varying == ["base_color"]):
+        # In the colour of what is rough the light that it brings is no line.
+        linear = self._is_plain_diffuse(first) and self._is_plain_diffuse(second) and not first.others
+        if not first.is_like(second) or (varying and not (linear and varying == ["base_color"])):
             gloss = next((s for s in (first, second) if self._is_const(s.metallic, 1)), None)
             base = first if gloss is second else second
             if gloss and self._is_plain_diffuse(base) and any(isinstance(l, Unknown) for l in factor.leaves()):
@@ -613,7 +619,7 @@ class Reader:
         if self._is_pure_emission(second):
             return self._glowing(first, second.emission)
         emission = self._sum(first.emission, second.emission)
-        if self._is_plain_diffuse(first) and self._is_plain_diffuse(second):
+        if self._is_plain_diffuse(first) and self._is_plain_diffuse(second) and first.is_like(second) and not first.others:
             base = expressions.operation("add", lambda a, b: a + b, [first.base_color, second.base_color], True)
             return first.copy(base_color=base, emission=emission)
         self.note(APPROXIMATED, "a sum of two shaders is rendered as one with their inputs averaged")
@@ -626,6 +632,8 @@ class Reader:
     def _glowing(self, surface, emission):
         """A surface that emits so much more, whatever its opacity (by which glTF's emission is multiplied)."""
         alpha = surface.alpha
+        if surface.others.keys() & {"coat", "sheen"}:
+            self.note(APPROXIMATED, "an emission added to layers shines through them")
         if isinstance(alpha, Const) and alpha.value < LEAST_ALPHA:
             self.note(APPROXIMATED, "an emission added to transparency hides a 16th of what is behind it")
             alpha = Const(LEAST_ALPHA)
