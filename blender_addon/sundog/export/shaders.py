@@ -472,6 +472,8 @@ class Reader:
     def _shader_bsdf_transparent(self, source):
         color = self._color(source, "Color")
         if isinstance(color, Const):
+            if max(color.value) > 1:
+                self.note(APPROXIMATED, "a Transparent BSDF of a colour above 1 passes all light and adds none")
             passes = [min(max(float(v), 0.0), 1.0) for v in color.value]
             return Surface(alpha=ZERO, others={} if passes == [1.0, 1.0, 1.0] else {"transparent_color": passes})
         self.note(APPROXIMATED, "a coloured Transparent BSDF lets all colours through alike")

@@ -8,7 +8,7 @@ use super::{
 
 /// Folds what is the same everywhere, and takes out what is not seen, as far as the facts say.
 ///
-/// By value and bit for bit: what is left gives the same numbers. A surface that is not there at all keeps what it would be.
+/// By value and bit for bit: what is left gives the same numbers, those of Principled BSDFs brought into the ranges of their sockets. A surface that is not there at all keeps what it would be.
 pub fn fold(graph: &mut Graph, facts: &mut impl Facts) {
     // What images leave when they go: their factors.
     let factors = graph.results(&mut Unit {
@@ -37,7 +37,10 @@ pub fn fold(graph: &mut Graph, facts: &mut impl Facts) {
                 SocketKind::Float | SocketKind::Color | SocketKind::Vector
             ) && let Some(value) = graph.range_of(&results, input, socket.kind).constant()
             {
-                input = Input::Value(value);
+                // Its parameters are prepared; what other shaders read is bounded at each hit.
+                let is_prepared = matches!(graph.nodes[at].kind, NodeKind::PrincipledBsdf { .. });
+                let bounded = value.map(|number| socket.legal.nearest(number));
+                input = Input::Value(if is_prepared { bounded } else { value });
             }
             let before = std::mem::replace(&mut graph.nodes[at].inputs[place], input);
             // What says how a surface is not there stays, so that one can say why.

@@ -227,7 +227,7 @@ sockets! {
 sockets! {
     /// Inputs of the Refraction BSDF and of the Glass BSDF.
     glass {
-        COLOR: Color "Color" = [1.0; 3], Legal::share(0.0);
+        COLOR: Color "Color" = [1.0; 3], Legal::ALBEDO;
         ROUGHNESS: Float "Roughness" = [0.0; 3], Legal { otherwise: 1.0, ..Legal::ANY };
         IOR: Float "IOR" = [1.5; 3], Legal::within(1e-4, 1e4, 1.5);
         THIN_FILM_THICKNESS: Float "Thin Film Thickness" = [0.0; 3], Legal::positive(0.0);
@@ -285,7 +285,7 @@ sockets! {
 }
 sockets! {
     /// Inputs of the Transparent BSDF.
-    transparent { COLOR: Color "Color" = [1.0; 3], Legal::share(1.0); }
+    transparent { COLOR: Color "Color" = [1.0; 3], Legal { otherwise: 1.0, ..Legal::ALBEDO }; }
 }
 sockets! {
     /// Inputs of the Emission shader.

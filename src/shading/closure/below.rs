@@ -70,12 +70,13 @@ impl Below {
         };
         let least = if what.never_backward { 0.0 } else { -0.99 };
         let ior = inputs.ior.clamp(1.01, 3.8);
-        let color = inputs.color.clamp(Vec3::ZERO, Vec3::ONE);
+        // Above 1 d'Eon's mapping falls again, and so the walk gives back less than its colour.
+        let color = inputs.color.max(Vec3::ZERO);
         let radius = Vec3::select(goes_on, radius, Vec3::ZERO);
         let radius = match what.method {
             WalkMethod::RandomWalk => radius,
             WalkMethod::Legacy | WalkMethod::Burley => radius * (0.25 * FRAC_1_PI),
-            WalkMethod::Skin => radius * skin_share(color, ior),
+            WalkMethod::Skin => radius * skin_share(color.min(Vec3::ONE), ior),
         };
         let lobe = Self {
             weight: Vec3::select(goes_on, weight, Vec3::ZERO),
