@@ -30,6 +30,20 @@ def alone(name, kind, **inputs):
     return material
 
 
+def both(name, first, second, how):
+    """A material that is a mix or a sum of two shaders: each of a kind, with values of inputs."""
+    material, tree, surface = tree_of(name)
+    joined = tree.nodes.new(f"ShaderNode{how}Shader")
+    sockets = [s for s in joined.inputs if s.type == "SHADER"]
+    for (kind, inputs), socket in zip((first, second), sockets):
+        shader = tree.nodes.new(kind)
+        for key, value in inputs.items():
+            shader.inputs[key].default_value = value
+        tree.links.new(shader.outputs[0], socket)
+    tree.links.new(joined.outputs[0], surface)
+    return material
+
+
 def along_u(material):
     """The material with a tangent along its UV map."""
     tree = material.node_tree
@@ -142,6 +156,24 @@ class Lobes(kit.ExportTest):
         # Rough glass leaks the light of lamps in Cycles: test_parity_lobes compares it in the light of a uniform world.
         self.show(rows)
         self.assertEqual({v["verdict"] for v in self.agree().values()}, {"exact"})
+
+    def test_mixes_that_are_none_of_their_inputs_are_those_of_cycles(self):
+        """What is flattened is exact: of matte surfaces of one roughness and with the same normals alone."""
+        smooth, rough = ("ShaderNodeBsdfDiffuse", {"Color": RED}), ("ShaderNodeBsdfDiffuse", {"Color": BLUE, "Roughness": 0.8})
+        coated = ("ShaderNodeBsdfPrincipled", {"IOR": 1, "Coat Weight": 1, "Sheen Weight": 0.5, "Base Color": BLUE})
+        clear, tinted = (("ShaderNodeBsdfTransparent", {"Color": c}) for c in ((1, 1, 1, 1), (0.2, 0.6, 0.9, 1)))
+        glow = ("ShaderNodeEmission", {"Color": GOLD, "Strength": 0.5})
+        rows = [
+            [both("smooth and rough", smooth, rough, "Mix"), both("rough and rough", rough, (rough[0], {"Color": RED, "Roughness": 0.8}), "Mix"),
+             both("sum of them", smooth, rough, "Add"), both("rough and glow", rough, glow, "Mix"), both("smooth and smooth", smooth, (smooth[0], {"Color": BLUE}), "Mix")],
+            [both("coated", smooth, coated, "Mix"), both("sum of coated", smooth, coated, "Add"), both("coated and glow", coated, glow, "Add"),
+             both("two transparent", clear, tinted, "Mix"), both("transparent and matte", tinted, smooth, "Mix")],
+        ]
+        self.show(rows)
+        self.assertEqual({v["verdict"] for v in self.agree().values()}, {"exact"})
+        written = {name: "SUNDOG_shader_graph" in self.material(made)["extensions"] for name, made in ((m.name, m) for row in rows for m in row)}
+        self.assertFalse(written["smooth and smooth"])
+        self.assertTrue(all(is_graph for name, is_graph in written.items() if name not in {"smooth and smooth", "transparent and matte"}), written)
 
     def agree(self):
         """Compares the picture with Cycles'; the verdicts on materials."""

@@ -1,5 +1,8 @@
+use super::function::PlaceInput;
 use super::node::{emission, math, mix, mix_shader, normal_map, principled, separate};
 use super::*;
+use crate::nodes::vector::Mapping;
+use crate::nodes::vector_math::VectorMath;
 use crate::scene::{ImageId, ImageUse};
 use glam::Vec4;
 
@@ -89,6 +92,60 @@ fn what_is_the_same_everywhere_becomes_a_value() {
         Input::Value([0.5, 0.0, 0.0])
     );
     assert_eq!(inputs[principled::ROUGHNESS], Input::float(0.25));
+}
+
+#[test]
+fn what_folding_finds_comes_into_the_range_of_a_principled_bsdf() {
+    let mut graph = Graph::default();
+    let color = graph.add(
+        Node::new(NodeKind::Function(Function::VectorMath(VectorMath::Add)))
+            .with(0, [-0.5, 0.25, 100.0])
+            .with(1, [0.25, 0.25, 100.0]),
+    );
+    let rough = graph.add(calculation(MathOperation::Add, 1.5, 1.0));
+    let graph = folded(
+        graph,
+        surface()
+            .with(principled::BASE_COLOR, color)
+            .with(principled::ROUGHNESS, rough),
+    );
+    let inputs = &last(&graph).inputs;
+    assert_eq!(
+        inputs[principled::BASE_COLOR],
+        Input::Value([0.0, 0.5, 100.0])
+    );
+    assert_eq!(inputs[principled::ROUGHNESS], Input::float(1.0));
+}
+
+/// What an Emission shows of a function of three numbers and a place that varies.
+fn of_place(function: Function, inputs: &[(usize, [f32; 3])], varies: usize) -> Input {
+    let mut graph = Graph::default();
+    let place = graph.add(Node::new(NodeKind::Function(Function::Place(
+        PlaceInput::Attribute(0),
+    ))));
+    let mut node = Node::new(NodeKind::Function(function)).with(varies, place);
+    for (socket, value) in inputs {
+        node = node.with(*socket, *value);
+    }
+    let made = graph.add(node);
+    let graph = folded(
+        graph,
+        Node::new(NodeKind::Emission).with(emission::COLOR, made),
+    );
+    last(&graph).inputs[emission::COLOR]
+}
+
+#[test]
+fn a_mapping_of_points_by_nothing_loses_its_location_as_in_cycles() {
+    let inputs = [(1, [0.5, 0.25, 0.125]), (3, [0.0; 3])];
+    let nothing = of_place(Function::Mapping(Mapping::Point), &inputs, 0);
+    assert_eq!(nothing, Input::Value([0.0; 3]));
+    let whole = [(1, [0.5, 0.25, 0.125]), (3, [1.0; 3])];
+    assert!(
+        of_place(Function::Mapping(Mapping::Point), &whole, 0)
+            .link()
+            .is_some()
+    );
 }
 
 #[test]
