@@ -57,7 +57,9 @@ def kinds(kind):
         node = None if name in LEFT_OUT else tiles.of_kind(material.node_tree, name)
         outputs = {s.type for s in tiles.shown(node.outputs)} if node else set()
         if "SHADER" in outputs:
-            if name.startswith("Volume") == (kind == "volume") or name in {"MixShader", "AddShader"}:
+            # Sums of shaders make light, and portals may meet themselves: such balls are noise for all others.
+            makes_light = kind == "shader" and name in {"AddShader", "BsdfRayPortal"}
+            if not makes_light and (name.startswith("Volume") == (kind == "volume") or name in {"MixShader", "AddShader"}):
                 ends.append(name)
         elif outputs & NUMBERS and name not in {"Displacement", "VectorDisplacement"} and not (kind == "sheet" and name in tiles.OF_PLACES):
             numbers.append(name)
@@ -71,7 +73,6 @@ class Tree:
     known = None
 
     def __init__(self, tile, name):
-        # Tiles are named as what shines, for which balls are far apart.
         self.kind, self.dice = tile.kind, random.Random(f"{tile.kind} {tile.node}")
         self.numbers, self.ends = Tree.known
         self.material = bpy.data.materials.new(name)
@@ -125,7 +126,7 @@ class Tree:
     def _shader(self, depth):
         common = "VolumePrincipled" if self.kind == "volume" else "BsdfPrincipled"
         while True:
-            kind = self.dice.choice(self.ends) if self.dice.random() < 0.7 else self.dice.choice(("MixShader", "AddShader", common))
+            kind = self.dice.choice(self.ends) if self.dice.random() < 0.7 else self.dice.choice(("MixShader", common))
             if depth >= 3 and kind in {"MixShader", "AddShader"}:
                 continue
             node = self._node(kind)
@@ -207,7 +208,7 @@ def run(kind, first, count, samples):
     before, tiles.Tree = tiles.Tree, Tree
     try:
         numbers = range(first, first + count)
-        rows, shown = parity.measure([tiles.Tile(f"Emission {n}", (), (), "", kind) for n in numbers], samples)
+        rows, shown = parity.measure([tiles.Tile(f"tree {n}", (), (), "", kind) for n in numbers], samples)
     finally:
         tiles.Tree = before
     for place, (number, row, (ours, theirs)) in enumerate(zip(numbers, rows, shown)):

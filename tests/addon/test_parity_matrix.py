@@ -62,7 +62,7 @@ class Matrix(unittest.TestCase):
 
     def test_random_trees_of_values_are_those_of_cycles(self):
         # Of these none runs into what is not defined: 0 divided by 0, noise of what is no number.
-        rows = list(parity_random.run("sheet", 200, 120, 1))
+        rows = list(parity_random.run("sheet", 261, 120, 1))
         self.assertEqual([(number, tree) for number, row, _, misses, tree, _ in rows if misses or row["flattened"] or row["told"]], [])
         self.assertGreater(numpy.mean([numpy.ptp(ours) > 0.1 for *_, (ours, _) in rows]), 0.7)
 
