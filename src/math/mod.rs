@@ -23,13 +23,13 @@ pub const BOX_SIDES: [[u32; 4]; 6] = [
     [1, 3, 7, 5],
 ];
 
-/// Weights of linear Rec.709 in luminance: Y of the primaries and the white of ITU-R BT.709-6 (item 1.3), which its item 3.2 rounds.
-pub const LUMINANCE: [f64; 3] = [0.212_639, 0.715_169, 0.072_192];
+/// Weights of linear Rec.709 in luminance, as ITU-R BT.709-6 (item 3.2) and the measures of pictures round them.
+pub const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 
-/// Rec.709 luminance of a linear colour.
+/// Rec.709 luminance of a linear colour, as nodes take it for a number: by Y of the primaries and the white (item 1.3). The rounded
+/// weights are up to 5e-5 beside Cycles 5's.
 pub fn luminance(color: Vec3) -> f32 {
-    let [r, g, b] = LUMINANCE.map(|weight| weight as f32);
-    r * color.x + g * color.y + b * color.z
+    0.212_639 * color.x + 0.715_169 * color.y + 0.072_192 * color.z
 }
 
 /// Mean of the three channels: the weight used to choose between lobes.

@@ -8,7 +8,7 @@ use super::{
 
 /// Folds what is the same everywhere, and takes out what is not seen, as far as the facts say.
 ///
-/// By value and bit for bit: what is left gives the same numbers, those of Principled BSDFs brought into the ranges of their sockets. A surface that is not there at all keeps what it would be.
+/// By value and bit for bit: what is left gives the same numbers, linked ones of Principled BSDFs brought into the ranges of their sockets. A surface that is not there at all keeps what it would be.
 pub fn fold(graph: &mut Graph, facts: &mut impl Facts) {
     // What images leave when they go: their factors.
     let factors = graph.results(&mut Unit {
@@ -21,6 +21,7 @@ pub fn fold(graph: &mut Graph, facts: &mut impl Facts) {
         let sockets = graph.nodes[at].kind.sockets();
         for (place, socket) in sockets.iter().enumerate() {
             let mut input = graph.nodes[at].inputs[place];
+            let was_linked = input.link().is_some();
             if let Input::Link(link) = input {
                 let other = instead[link.node as usize].unwrap_or(input);
                 // Sockets of values do not take the surface's own normal by themselves.
@@ -37,8 +38,9 @@ pub fn fold(graph: &mut Graph, facts: &mut impl Facts) {
                 SocketKind::Float | SocketKind::Color | SocketKind::Vector
             ) && let Some(value) = graph.range_of(&results, input, socket.kind).constant()
             {
-                // Its parameters are prepared; what other shaders read is bounded at each hit.
-                let is_prepared = matches!(graph.nodes[at].kind, NodeKind::PrincipledBsdf { .. });
+                // Its parameters are prepared; what other shaders read is bounded at each hit, and numbers in sockets are since the import.
+                let is_prepared =
+                    was_linked && matches!(graph.nodes[at].kind, NodeKind::PrincipledBsdf { .. });
                 let bounded = value.map(|number| socket.legal.nearest(number));
                 input = Input::Value(if is_prepared { bounded } else { value });
             }
