@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Random node trees, by Sundog through the add-on and by the Cycles of the same bpy: what the matrix of single nodes leaves out.
 
-    PYTHON_WITH_BPY tests/addon/parity_random.py sheet|ball|shader|volume [--first N] [--count N] [--samples N] [--folder FOLDER]
+    PYTHON_WITH_BPY tests/addon/parity_random.py sheet|ball|shader|volume|displacement [--first N] [--count N] [--samples N] [--folder FOLDER]
 
 Each number is one tree, the same at each call in one Blender. Trees of values are shown on sheets (parity.py), those that look at
 the place on balls, shaders and volumes on balls with noise. Writes FOLDER/KIND-N.txt of each tree that misses: nodes and pictures.
@@ -84,10 +84,29 @@ class Tree:
         if self.kind in {"shader", "volume"}:
             self.tree.links.new(self._shader(0), self.end.inputs["Volume" if self.kind == "volume" else "Surface"])
             return
+        if self.kind == "displacement":
+            return self._displaced()
         emission = self.tree.nodes.new("ShaderNodeEmission")
         self.tree.links.new(self._number(0), emission.inputs["Color"])
         self.tree.links.new(self._attribute("one", "Fac"), emission.inputs["Strength"])
         self.tree.links.new(emission.outputs[0], self.end.inputs["Surface"])
+
+    def _displaced(self):
+        """Matte, and displaced or bumped by the tree."""
+        matte = self.tree.nodes.new("ShaderNodeBsdfDiffuse")
+        self.tree.links.new(matte.outputs[0], self.end.inputs["Surface"])
+        kind = self.dice.choice(("Displacement", "Displacement", "VectorDisplacement"))
+        node = self._node(kind)
+        self._fill(node, kind, 0)
+        height = node.inputs["Height" if kind == "Displacement" else "Vector"]
+        if not height.is_linked:
+            self.tree.links.new(self._number(1), height)
+        # The balls stay apart.
+        node.inputs["Scale"].default_value = 0.08
+        for link in list(node.inputs["Scale"].links):
+            self.tree.links.remove(link)
+        self.tree.links.new(node.outputs[0], self.end.inputs["Displacement"])
+        self.material.displacement_method = self.dice.choice(("BUMP", "DISPLACEMENT", "BOTH"))
 
     def _attribute(self, name, output):
         node = self.tree.nodes.new("ShaderNodeAttribute")
@@ -220,7 +239,7 @@ def run(kind, first, count, samples):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
-    parser.add_argument("kind", choices=("sheet", "ball", "shader", "volume"))
+    parser.add_argument("kind", choices=("sheet", "ball", "shader", "volume", "displacement"))
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--samples", type=int, default=0, help="1 of sheets and balls, 1024 of shaders and volumes")
