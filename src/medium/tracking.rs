@@ -328,36 +328,52 @@ impl March<'_> {
     }
 }
 
-/// Calls for each collision with the sum of some bounds between two distances, until one gives something.
+/// After so many collisions below one bound light has but channels that meet far less than the bound says: a quarter of it is their
+/// bound from there on. Else what is thick for blue light alone takes a collision a free path of blue light, on the whole way.
+const MOST_COLLISIONS: u32 = 4096;
+
+/// Calls for each collision with the sum of some bounds between two distances, until one gives something. An event tells, too, whether
+/// something there exceeds the bound that it was called with: a lowered bound holds in the mean alone, and is raised again.
 fn collide<T>(
     marches: &mut [March<'_>],
     even: f32,
     (from, to): (f32, f32),
     mut draw: impl FnMut() -> f32,
-    mut event: impl FnMut(f32, f32) -> Option<T>,
+    mut event: impl FnMut(f32, f32) -> (Option<T>, bool),
 ) -> Option<T> {
     let mut depth = || -(-draw()).ln_1p();
-    let (mut t, mut left) = (from, depth());
+    // In f64: free paths may be below the rounding of an f32.
+    let (mut t, mut left) = (f64::from(from), depth());
     loop {
-        let majorant = marches.iter().map(|m| m.majorant).sum::<f32>() + even;
+        let mut majorant = marches.iter().map(|m| m.majorant).sum::<f32>() + even;
+        let whole = majorant;
+        let mut collisions = 0;
         let ends = marches.iter().map(|m| m.end).fold(f32::INFINITY, f32::min);
         let end = ends.min(to);
+        let ahead = |t: f64, majorant: f32| f64::from(majorant) * (f64::from(end) - t);
         // All collisions below these bounds.
-        while majorant > 0.0 && majorant * (end - t) > left {
-            t += left / majorant;
-            if let Some(found) = event(t, majorant) {
-                return Some(found);
+        while majorant > 0.0 && ahead(t, majorant) > f64::from(left) {
+            t += f64::from(left) / f64::from(majorant);
+            let (found, exceeds) = event(t as f32, majorant);
+            if found.is_some() {
+                return found;
             }
             left = depth();
+            collisions += 1;
+            if exceeds {
+                majorant = whole;
+            } else if collisions % MOST_COLLISIONS == 0 {
+                majorant *= 0.25;
+            }
         }
         if majorant > 0.0 {
-            left -= majorant * (end - t);
+            left -= ahead(t, majorant) as f32;
         }
-        t = end;
-        if t >= to || t == f32::INFINITY {
+        t = f64::from(end);
+        if end >= to || end == f32::INFINITY {
             return None;
         }
-        for march in marches.iter_mut().filter(|march| march.end <= t) {
+        for march in marches.iter_mut().filter(|march| march.end <= end) {
             march.advance();
         }
     }
@@ -380,6 +396,12 @@ fn survivor(weight: Vec3, faint: Vec3, draw: impl FnOnce() -> f32) -> Vec3 {
     }
 }
 
+/// Whether a channel that has light meets more than a bound.
+#[inline]
+fn exceeds(extinction: Vec3, light: Vec3, majorant: f32) -> bool {
+    (extinction.cmpgt(Vec3::splat(majorant)) & light.cmpne(Vec3::ZERO)).any()
+}
+
 /// The share of light that comes from one distance to another, by ratio tracking: right in the mean.
 pub fn ratio(
     marches: &mut [March<'_>],
@@ -393,10 +415,13 @@ pub fn ratio(
     let draw = std::cell::RefCell::new(&mut draw);
     let next = || (draw.borrow_mut())();
     collide(marches, even, span, next, |t, majorant| {
-        let part = Vec3::ONE - local(t).extinction / majorant;
-        share *= part;
+        let extinction = local(t).extinction;
+        share *= Vec3::ONE - extinction / majorant;
         share = survivor(share, share, next);
-        (share == Vec3::ZERO).then_some(())
+        (
+            (share == Vec3::ZERO).then_some(()),
+            exceeds(extinction, share, majorant),
+        )
     });
     share
 }
@@ -430,16 +455,17 @@ pub fn fly(
         );
         if s + n <= 0.0 {
             weight = Vec3::ZERO;
-            return Some(None);
+            return (Some(None), false);
         }
         let share = s / (s + n);
         if share > 0.0 && next() < share {
             weight *= scattered / share;
-            return Some(Some(t));
+            return (Some(Some(t)), false);
         }
         weight *= null / (1.0 - share);
         weight = survivor(weight, weight, next);
-        (weight == Vec3::ZERO).then_some(None)
+        let exceeds = exceeds(local.extinction, weight, majorant);
+        ((weight == Vec3::ZERO).then_some(None), exceeds)
     });
     let flight = match found.flatten() {
         Some(t) => Flight::Scattered(t, weight),

@@ -530,7 +530,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
             ));
             single = at.directional;
             if distribution == Distribution::MultiscatterGgx {
-                gain = at.compensation(color.min(Vec3::ONE));
+                gain = at.compensation(color);
             }
         }
         self.add_reflection(

@@ -222,10 +222,12 @@ impl Reflection {
 
     /// By what a single-scattering lobe with mean reflectance `f_average` is scaled so that the
     /// energy of further scatterings is there: 1 + F_ms (1 − E)/E with
-    /// F_ms = F̄ E_avg / (1 − F̄ (1 − E_avg)).
+    /// F_ms = F̄ E_avg / (1 − F̄ (1 − E_avg)). Of facets that make light the sum is kept from growing beyond all bounds.
     #[inline]
     pub fn compensation(&self, f_average: Vec3) -> Vec3 {
         let (e, e_average) = (self.directional, self.average);
+        // No more than nine tenths of what facets give meet others: that is above an F̄ of 1.6 at least, where E_avg is 0.45.
+        let f_average = f_average.min(Vec3::splat(0.9 / (1.0 - e_average).max(1e-6)));
         let f_ms = f_average * e_average / (Vec3::ONE - f_average * (1.0 - e_average));
         Vec3::ONE + f_ms * ((1.0 - e) / e)
     }
