@@ -12,8 +12,8 @@ help:
 	@echo 'make build   set up and build target/release/sundog'
 	@echo 'make addon   build the Blender extension with the program inside: dist/sundog-VERSION-linux-x64.zip'
 	@echo 'make setup   system packages, Rust, Embree, OpenColorIO and libclang only'
-	@echo 'make parity-random   the same of random trees: KIND=sheet|ball|shader|volume FIRST=0 COUNT=400'
 	@echo 'make parity  compare every shader node with Cycles: BLENDER=5.2.3 FILTER=Noise,Mix FOLDER=out/parity (minutes)'
+	@echo 'make parity-random   the same of random trees: KIND=sheet|ball|shader|volume|displacement FIRST=0 COUNT=400'
 	@echo 'make bench   measure Sundog against Cycles, into docs/notes/benchmarks.md (long; an idle machine)'
 	@echo 'make clean   remove what was built; the cache folder and .native/ stay'
 
@@ -51,7 +51,7 @@ parity: build
 	@scripts/setup-bpy.sh "$(BLENDER)"
 	@"$${XDG_CACHE_HOME:-$$HOME/.cache}/sundog/bpy-$(BLENDER)/bin/python" tests/addon/parity.py --filter "$(FILTER)" --folder "$(FOLDER)"
 
-# Random trees beside Cycles: KIND sheet, ball, shader or volume, from the tree FIRST.
+# Random trees beside Cycles: KIND sheet, ball, shader, volume or displacement, from the tree FIRST.
 KIND ?= sheet
 FIRST ?= 0
 COUNT ?= 400

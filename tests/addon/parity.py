@@ -134,13 +134,13 @@ def balls(materials, step):
     return columns, rows, 1
 
 
-def scene_of(tiles):
+def scene_of(tiles, tree):
     """An empty file with these tiles: (names of materials, columns, rows)."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     picture()
     kind = tiles[0].kind
     names = [f"t{number}" for number in range(len(tiles))]
-    materials = [parity_tiles.Tree(tile, name).material for tile, name in zip(tiles, names)]
+    materials = [tree(tile, name).material for tile, name in zip(tiles, names)]
     apart = 0.0 if kind in PLACES else FAR_STEP if shines(tiles[0]) else STEP
     columns, rows, step = sheets(materials) if kind == "sheet" else balls(materials, apart)
     scene = bpy.context.scene
@@ -197,9 +197,9 @@ def by_sundog(path, width, height, samples, seed, filter_width):
     return kit.exr_pixels(out)
 
 
-def measure(tiles, samples):
-    """(rows, pictures of each row) of tiles of one kind."""
-    names, columns, rows = scene_of(tiles)
+def measure(tiles, samples, tree=parity_tiles.Tree):
+    """(rows, pictures of each row) of tiles of one kind, whose materials a tree makes."""
+    names, columns, rows = scene_of(tiles, tree)
     kind = tiles[0].kind
     size = SIZES.get(kind, SIZE)
     side = max(columns, rows) * size

@@ -8,6 +8,7 @@ the place on balls, shaders and volumes on balls with noise. Writes FOLDER/KIND-
 """
 
 import argparse
+import functools
 import os
 import random
 import sys
@@ -70,11 +71,9 @@ def kinds(kind):
 class Tree:
     """Makes the material of a random tree."""
 
-    known = None
-
-    def __init__(self, tile, name):
+    def __init__(self, known, tile, name):
         self.kind, self.dice = tile.kind, random.Random(f"{tile.kind} {tile.node}")
-        self.numbers, self.ends = Tree.known
+        self.numbers, self.ends = known
         self.material = bpy.data.materials.new(name)
         self.material.use_nodes = True
         self.tree = self.material.node_tree
@@ -223,13 +222,9 @@ def words(tree):
 
 def run(kind, first, count, samples):
     """(number, row of parity.py, share of texels that differ, whether it misses, the tree in words, both pictures) of each tree."""
-    Tree.known = kinds(kind)
-    before, tiles.Tree = tiles.Tree, Tree
-    try:
-        numbers = range(first, first + count)
-        rows, shown = parity.measure([tiles.Tile(f"tree {n}", (), (), "", kind) for n in numbers], samples)
-    finally:
-        tiles.Tree = before
+    numbers = range(first, first + count)
+    wanted = [tiles.Tile(f"tree {n}", (), (), "", kind) for n in numbers]
+    rows, shown = parity.measure(wanted, samples, functools.partial(Tree, kinds(kind)))
     for place, (number, row, (ours, theirs)) in enumerate(zip(numbers, rows, shown)):
         a, b = (numpy.nan_to_num(p.astype(float)) for p in (ours, theirs))
         far = (abs(a - b) > CLOSE * (abs(b) + max(abs(b).mean(), 0.01))).any(-1).mean()

@@ -571,15 +571,14 @@ class Reader:
             emission = expressions.operation(
                 "add", lambda a, b: a + b, [multiply(as_color(share), emitter.emission), multiply(as_color(rest), other.emission)], True
             )
-            if other.is_dark() and isinstance(factor, Const) and self._is_plain_diffuse(other) and not other.others:
+            if other.is_dark() and isinstance(factor, Const) and self._is_plain_diffuse(other):
                 return other.copy(base_color=multiply(as_color(rest), other.base_color), emission=emission)
             if self._is_pure_emission(other):
                 return other.copy(emission=emission)
             self.note(APPROXIMATED, "a mix with an emission keeps the whole highlight")
             return other.copy(base_color=multiply(as_color(rest), other.base_color), emission=emission)
         varying = [n for n in (*Surface.COLORS, *Surface.SCALARS) if getattr(first, n).key() != getattr(second, n).key()]
-        # In the colour of what is rough the light that it brings is no line.
-        linear = self._is_plain_diffuse(first) and self._is_plain_diffuse(second) and not first.others
+        linear = self._is_plain_diffuse(first) and self._is_plain_diffuse(second)
         if not first.is_like(second) or (varying and not (linear and varying == ["base_color"])):
             gloss = next((s for s in (first, second) if self._is_const(s.metallic, 1)), None)
             base = first if gloss is second else second
@@ -606,6 +605,8 @@ class Reader:
             and self._is_const(surface.transmission, 0)
             and self._is_const(surface.ior, 1)
             and self._is_const(surface.alpha, 1)
+            # What is rough is no line in its colour; layers and other shaders are more than a colour.
+            and not surface.others
         )
 
     def _is_pure_emission(self, surface):
@@ -621,7 +622,7 @@ class Reader:
         if self._is_pure_emission(second):
             return self._glowing(first, second.emission)
         emission = self._sum(first.emission, second.emission)
-        if self._is_plain_diffuse(first) and self._is_plain_diffuse(second) and first.is_like(second) and not first.others:
+        if self._is_plain_diffuse(first) and self._is_plain_diffuse(second) and first.is_like(second):
             base = expressions.operation("add", lambda a, b: a + b, [first.base_color, second.base_color], True)
             return first.copy(base_color=base, emission=emission)
         self.note(APPROXIMATED, "a sum of two shaders is rendered as one with their inputs averaged")

@@ -78,8 +78,6 @@ fn transmittance_is_right_in_the_mean_whatever_the_bounds() {
     }
 }
 
-/// Steps between nothing and something that lie a cell away from where the bounds were taken: there the bound is the floor of empty
-/// cells, or one of nothing at all.
 /// Of blue light a way of 2 m has 2e10 free paths, of red light one: without lower bounds it would take as many collisions, and in
 /// f32 none would move on at a distance of 100 m.
 #[test]
@@ -111,6 +109,8 @@ fn what_is_thick_for_one_channel_alone_ends_and_keeps_the_others() {
     assert!(collisions.get() < u64::from(4 * samples * 20 * MOST_COLLISIONS));
 }
 
+/// Steps between nothing and something that lie a cell away from where the bounds were taken: there the bound is the floor of empty
+/// cells, or one of nothing at all.
 #[test]
 fn bounds_that_are_a_cell_off_make_no_error() {
     let step = |x: f32| {
