@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Nodes of SUNDOG_shader_graph that stand for others: what makes them, as entries with numbers."""
 
+import functools
 import math
 
 import numpy
 
-from . import blackbody, wavelength
+from . import blackbody, colorspace, wavelength
 
 # Of a black body, over π, as Cycles scales it: W·m⁻²·K⁻⁴.
 STEFAN_BOLTZMANN = 5.670373e-8 * 1e-6 / math.pi
@@ -43,16 +44,21 @@ def _blackbody(temperature, first):
     """A ramp of the temperature's reciprocal, between those of its ends."""
     cold, hot = 1 / blackbody.COLDEST, 1 / blackbody.HOTTEST
     least = 0.5 * blackbody.COLDEST
-    # The last one is that of all that is colder.
-    colors = [blackbody.color(1 / t) for t in numpy.linspace(hot, cold, BLACKBODY_SIZE)[:-1]] + [blackbody.color(0.0)]
     out = [{"node": first + i, "output": "Value"} for i in range(4)]
     return [
         _maths("MAXIMUM", temperature, least),
         _maths("DIVIDE", 1.0, out[0]),
         _maths("SUBTRACT", out[1], hot),
         _maths("DIVIDE", out[2], cold - hot),
-        _ramp_of(colors, out[3]),
+        _ramp_of(_blackbody_colors(colorspace.working_space()), out[3]),
     ]
+
+
+@functools.cache
+def _blackbody_colors(_space):
+    """Evenly spread in the temperature's reciprocal, in a working space; the last one is that of all that is colder."""
+    steps = numpy.linspace(1 / blackbody.HOTTEST, 1 / blackbody.COLDEST, BLACKBODY_SIZE)
+    return [blackbody.color(1 / t) for t in steps[:-1]] + [blackbody.color(0.0)]
 
 
 def _wavelength(nanometres, first):
