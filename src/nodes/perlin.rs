@@ -3,7 +3,7 @@
 use std::ops::{Add, Mul};
 
 use pulp::NullaryFnOnce;
-use wide::{CmpGt, CmpLt, f32x4, u32x4};
+use wide::{CmpGt, CmpLt, f32x4, f32x8, u32x4, u32x8};
 
 use super::{fused, hash, lanes, mix, on_vectors};
 
@@ -213,14 +213,16 @@ impl Axes {
     }
 }
 
-/// What each corner of a cell gives. One loop for all, which the compiler turns into vectors of corners.
+/// The words and places of the eight corners along three axes, the first of which changes slowest.
 #[inline(always)]
-fn corners<const CORNERS: usize>(gradient: impl Fn(usize) -> f32) -> [f32; CORNERS] {
-    let mut values = [0.0; CORNERS];
-    for (corner, value) in values.iter_mut().enumerate() {
-        *value = gradient(corner);
-    }
-    values
+fn cube(axes: &Axes) -> ([u32x8; 3], [f32x8; 3]) {
+    let sides = |axis: usize| {
+        let ends = [axes.side(axis, 0), axes.side(axis, 1)];
+        let at: [(u32, f32); 8] = std::array::from_fn(|corner| ends[corner >> (2 - axis) & 1]);
+        (at.map(|(cell, _)| cell), at.map(|(_, place)| place))
+    };
+    let [(i, x), (j, y), (k, z)] = [sides(0), sides(1), sides(2)];
+    ([i, j, k].map(u32x8::new), [x, y, z].map(f32x8::new))
 }
 
 /// `value`, with its sign changed if this bit of the hash is set.
@@ -255,44 +257,32 @@ fn gradients_2(axes: &Axes) -> f32 {
 /// Between the eight corners of a cell: Perlin's twelve edges of the cube, four of them twice.
 #[inline(always)]
 fn gradients_3(axes: &Axes) -> f32 {
-    let values: [f32; 8] = corners(|corner| {
-        let (i, x) = axes.side(0, corner >> 2);
-        let (j, y) = axes.side(1, corner >> 1 & 1);
-        let (k, z) = axes.side(2, corner & 1);
-        let hash = hash::words_3(i, j, k);
-        let u = if hash & 8 == 0 { x } else { y };
-        let other = if hash & 13 == 12 { x } else { z };
-        let v = if hash & 12 == 0 { y } else { other };
-        signed::<0>(u, hash) + signed::<1>(v, hash)
-    });
-    let values = between(values, axes.fades[0]);
-    bilinear(values, axes.fades[1], axes.fades[2])
+    let ([i, j, k], [x, y, z]) = cube(axes);
+    trilinear(lanes::gradient_3(lanes::words_3(i, j, k), x, y, z), axes)
 }
 
 /// Between the sixteen corners of a cell: edges of the cube in four dimensions, of which one axis is left out.
 #[inline(always)]
 fn gradients_4(axes: &Axes) -> f32 {
-    let values: [f32; 16] = corners(|corner| {
-        let (l, w) = axes.side(3, corner >> 3);
-        let (i, x) = axes.side(0, corner >> 2 & 1);
-        let (j, y) = axes.side(1, corner >> 1 & 1);
-        let (k, z) = axes.side(2, corner & 1);
-        let hash = hash::words_4(i, j, k, l);
-        // Of 0 to 31, these are the numbers below 24, 16 and 8.
-        let u = if hash & 24 == 24 { y } else { x };
-        let v = if hash & 16 == 0 { y } else { z };
-        let s = if hash & 24 == 0 { z } else { w };
-        signed::<0>(u, hash) + signed::<1>(v, hash) + signed::<2>(s, hash)
-    });
-    let values: [f32; 8] = between(values, axes.fades[3]);
-    let values = between(values, axes.fades[0]);
-    bilinear(values, axes.fades[1], axes.fades[2])
+    let ([i, j, k], [x, y, z]) = cube(axes);
+    let side = |number: usize| {
+        let (l, w) = axes.side(3, number);
+        let hash = lanes::words_4(i, j, k, u32x8::splat(l));
+        lanes::gradient_4(hash, [x, y, z, f32x8::splat(w)])
+    };
+    let (before, after) = (side(0), side(1));
+    trilinear(
+        before + (after - before) * f32x8::splat(axes.fades[3]),
+        axes,
+    )
 }
 
-/// Between the first half of the corners and the second.
+/// Between the eight corners of [`cube`], in the order of operations of [`mix`].
 #[inline(always)]
-fn between<const ALL: usize, const HALF: usize>(values: [f32; ALL], t: f32) -> [f32; HALF] {
-    std::array::from_fn(|corner| mix(values[corner], values[corner + HALF], t))
+fn trilinear(corners: f32x8, axes: &Axes) -> f32 {
+    let [before, after]: [f32x4; 2] = bytemuck::cast(corners);
+    let values = before + (after - before) * f32x4::splat(axes.fades[0]);
+    bilinear(values.to_array(), axes.fades[1], axes.fades[2])
 }
 
 /// Between four corners, the `slow` axis first.

@@ -178,12 +178,17 @@ def scatter(_folder):
     things.inputs["Separate Children"].default_value = True
     places.inputs["Pick Instance"].default_value = True
     turn.data_type = "FLOAT_VECTOR"
-    turn.inputs[0].default_value, turn.inputs[1].default_value = (-0.4, -0.4, 0), (0.4, 0.4, math.tau)
-    scale.inputs[2].default_value, scale.inputs[3].default_value = 0.5, 1.5
+
+    # Random Value has a socket of each name for each of its types, in an order that differs between Blenders.
+    def typed(sockets, name, kind):
+        return next(s for s in sockets if s.name == name and s.type == kind)
+
+    for node, kind, least, most in ((turn, "VECTOR", (-0.4, -0.4, 0), (0.4, 0.4, math.tau)), (scale, "VALUE", 0.5, 1.5)):
+        typed(node.inputs, "Min", kind).default_value, typed(node.inputs, "Max", kind).default_value = least, most
     for a, b in (
         (given.outputs[0], points.inputs["Mesh"]), (points.outputs["Points"], places.inputs["Points"]),
-        (things.outputs[0], places.inputs["Instance"]), (turn.outputs[0], places.inputs["Rotation"]),
-        (scale.outputs[1], places.inputs["Scale"]), (places.outputs[0], join.inputs[0]), (given.outputs[0], join.inputs[0]),
+        (things.outputs[0], places.inputs["Instance"]), (typed(turn.outputs, "Value", "VECTOR"), places.inputs["Rotation"]),
+        (typed(scale.outputs, "Value", "VALUE"), places.inputs["Scale"]), (places.outputs[0], join.inputs[0]), (given.outputs[0], join.inputs[0]),
         (join.outputs[0], result.inputs[0]),
     ):  # fmt: skip
         link(a, b)
