@@ -83,6 +83,34 @@ fn flags_of_a_build(processor: &str) -> String {
     String::from_utf8(done.stdout).unwrap()
 }
 
+/// What `scripts/profile-flags.sh` says of a rustc that tells this version.
+fn flags_of_a_profile(version: &str) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let rustc = folder.path().join("rustc");
+    std::fs::write(&rustc, format!("#!/bin/sh\necho '{version}'\n")).unwrap();
+    std::fs::set_permissions(&rustc, std::os::unix::fs::PermissionsExt::from_mode(0o755)).unwrap();
+    let script = root().join("scripts/profile-flags.sh");
+    let done = Command::new(script).arg(&rustc).output().unwrap();
+    assert!(done.status.success());
+    String::from_utf8(done.stdout).unwrap()
+}
+
+/// The profile names functions as one rustc does, and another may not be able to read it.
+#[test]
+fn builds_take_the_profile_where_it_is_of_their_rustc() {
+    let made_by = std::fs::read_to_string(root().join("scripts/profile/rustc.txt")).unwrap();
+    let flags = flags_of_a_profile(made_by.trim());
+    let (_, rest) = flags.split_once("-C profile-use=").unwrap();
+    let file = std::fs::read(rest.split(' ').next().unwrap()).unwrap();
+    // The magic number of an indexed profile.
+    assert_eq!(&file[..8], b"\xfflprofi\x81");
+    assert_eq!(
+        flags_of_a_profile("rustc 1.88.0 (6b00bc388 2025-06-23)"),
+        ""
+    );
+    assert_eq!(flags_of_a_profile(""), "");
+}
+
 #[test]
 fn builds_take_the_newer_instructions_where_all_of_them_are_there() {
     let all = "fpu abm avx avx2 bmi1 bmi2 f16c fma movbe sse4_2";

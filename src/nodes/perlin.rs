@@ -216,13 +216,19 @@ impl Axes {
 /// The words and places of the eight corners along three axes, the first of which changes slowest.
 #[inline(always)]
 fn cube(axes: &Axes) -> ([u32x8; 3], [f32x8; 3]) {
-    let sides = |axis: usize| {
-        let ends = [axes.side(axis, 0), axes.side(axis, 1)];
-        let at: [(u32, f32); 8] = std::array::from_fn(|corner| ends[corner >> (2 - axis) & 1]);
-        (at.map(|(cell, _)| cell), at.map(|(_, place)| place))
+    const SIDES: [[u32; 8]; 3] = [
+        [0, 0, 0, 0, 1, 1, 1, 1],
+        [0, 0, 1, 1, 0, 0, 1, 1],
+        [0, 1, 0, 1, 0, 1, 0, 1],
+    ];
+    let words = |axis: usize| u32x8::splat(axes.cell[axis]) + u32x8::new(SIDES[axis]);
+    let places = |axis: usize| {
+        f32x8::splat(axes.place[axis]) - f32x8::new(SIDES[axis].map(|side| side as f32))
     };
-    let [(i, x), (j, y), (k, z)] = [sides(0), sides(1), sides(2)];
-    ([i, j, k].map(u32x8::new), [x, y, z].map(f32x8::new))
+    (
+        [words(0), words(1), words(2)],
+        [places(0), places(1), places(2)],
+    )
 }
 
 /// `value`, with its sign changed if this bit of the hash is set.
