@@ -144,7 +144,9 @@ def main():
     try:
         bring(given)
     except RuntimeError as error:
-        told["problem"] = "Blender cannot import it: " + str(error).strip().splitlines()[-1]
+        # Blender's importer raises a report, a traceback with it, and then where it was called.
+        lines = [line for line in str(error).splitlines() if line.strip() and not line.startswith((" ", "Location:"))]
+        told["problem"] = "Blender cannot import it: " + next((line for line in reversed(lines) if "Error" in line), lines[-1] if lines else "no reason told")
     if told["problem"] is None:
         if not (given.own_camera and bpy.context.scene.camera) and not frame():
             told["problem"] = "Blender's import of it has no geometry"
