@@ -23,13 +23,13 @@ setup:
 # Programs for this machine take what its processor has; packages run on every one (docs/setup.md). Both know what is hot.
 # Beside the flags of .cargo/config.toml; RUSTFLAGS of one's own take the place of both.
 build: setup
-	@CARGO_TARGET_X86_64_UNKNOWN_LINUX_GNU_RUSTFLAGS="$$(scripts/cpu-flags.sh) $$(scripts/profile-flags.sh)" cargo build --release --locked
+	CARGO_TARGET_X86_64_UNKNOWN_LINUX_GNU_RUSTFLAGS="$$(scripts/cpu-flags.sh) $$(scripts/profile-flags.sh)" cargo build --release --locked
 
 demo: build
 	@scripts/demo.sh
 
 addon: setup
-	@CARGO_TARGET_X86_64_UNKNOWN_LINUX_GNU_RUSTFLAGS="$$(scripts/profile-flags.sh)" cargo build --release --locked
+	CARGO_TARGET_X86_64_UNKNOWN_LINUX_GNU_RUSTFLAGS="$$(scripts/profile-flags.sh)" cargo build --release --locked
 	@python3 scripts/addon.py
 
 test: setup

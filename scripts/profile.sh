@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Makes the profile that `make build` and `make addon` compile with, scripts/profile/sundog.profdata.gz: builds a program that counts how
-# often each part of it runs, renders with it, and joins the counts. Half an hour on two processors. Functions that change lose their
+# often each part of it runs, renders with it, and joins the counts. Twenty minutes on two processors. Functions that change lose their
 # part of it until it is made anew; nothing else depends on it.
 #
 # llvm-profdata must be of rustc's LLVM: LLVM_PROFDATA names it, else `rustup component add llvm-tools` brings it, or Debian 13's llvm-22.
@@ -25,6 +25,7 @@ rm -rf "$work/counts"
 mkdir -p "$work/counts"
 
 say "building a program that counts"
+# Nothing inlined before, as in profile-flags.sh: counts are of functions as they are then.
 CARGO_TARGET_X86_64_UNKNOWN_LINUX_GNU_RUSTFLAGS="$("$scripts/cpu-flags.sh") -C profile-generate=$work/counts -C llvm-args=-disable-preinline" \
     cargo build --release --locked --target-dir "$work"
 # The program ends at once, without what the counts are written by.
@@ -81,7 +82,6 @@ done
 "$tool" merge --text -o "$work/all.txt" "${inputs[@]}"
 python3 "$scripts/profile_names.py" "$work/all.txt" "$work/kept.txt"
 "$tool" merge --sparse -o "$work/kept.profdata" "$work/kept.txt"
-mkdir -p "$scripts/profile"
 gzip -9nc "$work/kept.profdata" >"$scripts/profile/sundog.profdata.gz.new"
 mv "$scripts/profile/sundog.profdata.gz.new" "$scripts/profile/sundog.profdata.gz"
 rustc --version >"$scripts/profile/rustc.txt"

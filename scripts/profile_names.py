@@ -7,9 +7,8 @@
 A function that is used in one part of the program alone (rustc compiles in four, "codegen units") has the part's number in its name.
 A change elsewhere may move it, so that each function of ours gets the counts in all parts, and without one.
 
-Left out: what is seldom run, which the compiler then takes for neither hot nor cold, so that a scene of another kind than those that were
-counted has no worse code than without a profile; and what is computed on vectors (`on_vectors` in src/nodes/mod.rs): with its counts LLVM
-keeps noise's loop over eight corners a loop of single numbers, which took 2.7 times the instructions.
+What is seldom run is left out: the compiler takes it for neither hot nor cold, so that a scene of another kind than those that were counted
+has no worse code than without a profile.
 """
 
 import collections
@@ -19,7 +18,6 @@ import sys
 PARTS = 4
 # Of all counts, what is kept has more than this share each.
 KEPT = 1e-6
-LEFT_OUT = re.compile(r"on_vectors|4pulp")
 OURS = re.compile(r"(?:(sundog\.[0-9a-f]+-cgu)\.\d+;)?(_ZN.*)", re.DOTALL)
 
 
@@ -49,7 +47,7 @@ def main():
     with open(target, "w", encoding="utf-8") as file:
         file.write(head)
         for name, rest, count in counted:
-            if count < least or LEFT_OUT.search(name):
+            if count < least:
                 continue
             kept += 1
             ours = OURS.fullmatch(name)

@@ -137,7 +137,7 @@ pub(super) fn gradient_2<W: Words>(hash: W, x: W::Floats, y: W::Floats) -> W::Fl
 
 /// Gradients of space: the twelve edges of the cube, four of them twice.
 #[inline(always)]
-pub(super) fn gradient_3<W: Words>(hash: W, x: W::Floats, y: W::Floats, z: W::Floats) -> W::Floats {
+pub(super) fn gradient_3<W: Words>(hash: W, [x, y, z]: [W::Floats; 3]) -> W::Floats {
     let (x, y, z) = (W::of(x), W::of(y), W::of(z));
     let u = unless(hash, 8, x, y);
     let other = (hash & W::splat(13)).choose(W::splat(12), x, z);

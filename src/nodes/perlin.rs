@@ -263,8 +263,8 @@ fn gradients_2(axes: &Axes) -> f32 {
 /// Between the eight corners of a cell: Perlin's twelve edges of the cube, four of them twice.
 #[inline(always)]
 fn gradients_3(axes: &Axes) -> f32 {
-    let ([i, j, k], [x, y, z]) = cube(axes);
-    trilinear(lanes::gradient_3(lanes::words_3(i, j, k), x, y, z), axes)
+    let ([i, j, k], places) = cube(axes);
+    trilinear(lanes::gradient_3(lanes::words_3(i, j, k), places), axes)
 }
 
 /// Between the sixteen corners of a cell: edges of the cube in four dimensions, of which one axis is left out.
@@ -276,18 +276,14 @@ fn gradients_4(axes: &Axes) -> f32 {
         let hash = lanes::words_4(i, j, k, u32x8::splat(l));
         lanes::gradient_4(hash, [x, y, z, f32x8::splat(w)])
     };
-    let (before, after) = (side(0), side(1));
-    trilinear(
-        before + (after - before) * f32x8::splat(axes.fades[3]),
-        axes,
-    )
+    trilinear(mix(side(0), side(1), axes.fades[3]), axes)
 }
 
-/// Between the eight corners of [`cube`], in the order of operations of [`mix`].
+/// Between the eight corners of [`cube`].
 #[inline(always)]
 fn trilinear(corners: f32x8, axes: &Axes) -> f32 {
     let [before, after]: [f32x4; 2] = bytemuck::cast(corners);
-    let values = before + (after - before) * f32x4::splat(axes.fades[0]);
+    let values = mix(before, after, axes.fades[0]);
     bilinear(values.to_array(), axes.fades[1], axes.fades[2])
 }
 
