@@ -198,7 +198,7 @@ impl Job<'_> {
                 rays += u64::from(path.rays);
                 lobes_left_out += u64::from(path.lobes_left_out);
                 if let Some(half) = row.halves.get_mut(index)
-                    && self.sequence.sequences().is_in_half(number)
+                    && self.sequence.sampler(x, y, number).is_in_half()
                 {
                     *half += path.radiance.as_dvec3();
                 }
@@ -303,7 +303,7 @@ impl Job<'_> {
                 passes.center(met.map(|met| (met.uv, met.object)));
             }
         }
-        let second = self.sequence.sequences().is_second(index);
+        let second = self.sequence.is_second(x, y, index);
         pixel.add(second, path.radiance, &path.first);
         if !beside.catchers.is_empty() {
             let mut sums = CatcherPixel::read(beside.catchers);

@@ -22,6 +22,7 @@
 //!
 //! With [`Sequences::One`] they are all of one sequence, whose points are spread more evenly. The two halves of the samples by
 //! which the error is told are then parts of it, and it is told too large: what cancels in the mean adds up in their difference.
+//! They are halves by the points on lights ([`Sampler::is_in_half`]), so that this is little where light comes from lamps.
 //! Pixels take blocks as long as their samples are planned to be, in Morton's order, so that those of neighbours are spread
 //! evenly together: their errors are of opposite signs rather than alike, which eyes and denoisers see less of (Ahmed and
 //! Wonka, *Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels*, 2020).
@@ -104,27 +105,6 @@ impl Sequences {
             Self::One { .. } => 1,
         }
     }
-
-    /// Whether a sample is of the second half of a pixel's samples, by the difference of which from the first the error is told.
-    ///
-    /// Of one sequence both halves are spread evenly ([`Self::is_in_half`]), so that they differ by no more than they must.
-    #[inline]
-    pub fn is_second(self, sample: u32) -> bool {
-        match self {
-            Self::Two => sample % REPLICATES == 1,
-            Self::One { .. } => self.is_in_half(sample),
-        }
-    }
-
-    /// Whether a sample is in the half of its sequence by which Cycles' noise threshold judges.
-    ///
-    /// Points of both halves are spread evenly (Christensen, Kensler and Kilpatrick, *Progressive Multi-Jittered Sample
-    /// Sequences*, 2018, section 10.2.1), so that what one half lacks the other has: they differ by more than independent ones.
-    #[inline]
-    pub fn is_in_half(self, sample: u32) -> bool {
-        const EVERY_OTHER_BIT: u32 = 0xaaaa_aaaa;
-        ((sample / self.count()) & EVERY_OTHER_BIT).count_ones() % 2 == 1
-    }
 }
 
 /// The numbers of one path.
@@ -177,6 +157,17 @@ impl Sequence {
         self.sequences
     }
 
+    /// Whether a sample is of the second half of a pixel's samples, by the difference of which from the first the error is told.
+    ///
+    /// Of one sequence it is that of [`Sampler::is_in_half`], so that both differ by little more than they must.
+    #[inline]
+    pub fn is_second(&self, x: u32, y: u32, sample: u32) -> bool {
+        match self.sequences {
+            Sequences::Two => sample % REPLICATES == 1,
+            Sequences::One { .. } => self.sampler(x, y, sample).is_in_half(),
+        }
+    }
+
     /// The numbers of one sample of one pixel; coordinates below 2^16.
     pub fn sampler(&self, x: u32, y: u32, sample: u32) -> Sampler {
         let morton = spread(x) | (spread(y) << 1);
@@ -224,6 +215,18 @@ impl Sampler {
                 behind.triple(dimension, bounce)
             }
         }
+    }
+
+    /// Whether a sample is in the half of its sequence by which Cycles' noise threshold judges.
+    ///
+    /// Of each two samples one is, by the fourth coordinate of the points that choose lights at the first surface: it is below
+    /// 1/2 or not. So the lights of each half are spread nearly as evenly as those of all. Any fixed choice of samples, as
+    /// by Christensen, Kensler and Kilpatrick (*Progressive Multi-Jittered Sample Sequences*, 2018, section 10.2.1), is a
+    /// random half of the points, as their order is shuffled; and random halves differ by several times the error.
+    #[inline]
+    pub fn is_in_half(&self) -> bool {
+        let point = self.shuffled(self.sequence_key(Dimension::Light, 0));
+        (point as u32 & FOURTH).count_ones() % 2 == 1
     }
 
     /// The numbers of one of `parts` samples that take the place of this one: together the parts of all
@@ -392,6 +395,23 @@ fn third(index: u64) -> u32 {
         .zip(&THIRD)
         .fold(0, |sum, (&byte, table)| sum ^ table[byte as usize])
 }
+
+/// Which digits of an index add to the first digit of the fourth coordinate of Sobol's sequence: primitive polynomial x³ + x + 1
+/// with m₁ = 1, m₂ = 3, m₃ = 1 (Joe and Kuo, as for [`THIRD`]).
+const FOURTH: u32 = {
+    let mut m = [0u64; 32];
+    (m[0], m[1], m[2]) = (1, 3, 1);
+    let mut digits = 0;
+    let mut k = 0;
+    while k < 32 {
+        if k >= 3 {
+            m[k] = (m[k - 2] << 2) ^ (m[k - 3] << 3) ^ m[k - 3];
+        }
+        digits |= ((m[k] >> k & 1) as u32) << k;
+        k += 1;
+    }
+    digits
+};
 
 /// Owen scrambling of a number of 64 digits, which stand in reverse order (least significant first): each step changes a bit only
 /// by the bits below it (Laine and Karras, *Stratified Sampling for Stochastic Transparency*, 2011; constants after Vegdahl,

@@ -2,7 +2,6 @@ use super::*;
 use crate::film::Passes;
 use crate::film::pixel::FirstHit;
 use crate::render::tile::{Kept, tiles};
-use crate::sampler::Sequences;
 use glam::Vec3;
 
 /// Pixels with so many samples, whose two halves have these values.
@@ -21,7 +20,7 @@ fn scene(samples: u32, of: impl Fn(u32, u32) -> (f32, f32)) -> (Region, Vec<Mute
         for (i, (pixel, half)) in (0..).zip(pixels.iter_mut().zip(halves)) {
             let (first, second) = of(x0 + i % width, y0 + i / width);
             for number in 0..samples {
-                let in_half = Sequences::Two.is_in_half(number);
+                let in_half = number / 2 % 2 == 1;
                 let value = Vec3::splat(if in_half { second } else { first });
                 pixel.add(number % 2 == 1, value, &FirstHit::default());
                 if in_half {
