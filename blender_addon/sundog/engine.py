@@ -196,6 +196,7 @@ class _LayerRender:
             raise ProgramError(f"the cache folder {place} cannot be written to: choose another one in the preferences of the add-on")
         done = export.write_scene(
             self.depsgraph, self.scene, folder, place, report=lambda text: self.say(f"Exporting: {text}"), move=self.engine.frame_set, views=seen,
+            stand_ins=False,
         )  # fmt: skip
         self.record.update(verdicts=done.verdicts, export=done.timings, changed_geometry=done.changed_geometry)
         if _Kept.folder is not None:

@@ -30,7 +30,7 @@ def check(context):
         if scene.sundog.exchange == "USD":
             done = usd.write_scene(depsgraph, folder.path)
         else:
-            done = export.write_scene(depsgraph, scene, folder.path, place)
+            done = export.write_scene(depsgraph, scene, folder.path, place, stand_ins=False)
             cache.mark_used(cache.used_by(done.path, done.document), place)
         # The cache and the images lie where they lie.
         outside = ["--allow-outside"] if program.abilities(path).has("allow-outside", "info") else []

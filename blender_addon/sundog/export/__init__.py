@@ -22,12 +22,13 @@ class ExportResult:
         self.timings, self.changed_geometry = timings, changed_geometry
 
 
-def write_scene(depsgraph, scene, folder, cache, *, report=None, move=None, views=()):
+def write_scene(depsgraph, scene, folder, cache, *, report=None, move=None, views=(), stand_ins=True):
     """Writes `scene.gltf` to `folder`, with meshes and images in the folder `cache`.
 
     `depsgraph` is the render's, evaluated at the frame; `scene` its scene (evaluated or not);
     `report(text)` is told what happens; `move(frame, subframe)` brings the depsgraph to another time; without it
-    nothing is blurred by motion; `views`: those of stereo, whose cameras the file then has. Raises ExportError, and OSError where a folder cannot be
+    nothing is blurred by motion; `views`: those of stereo, whose cameras the file then has; `stand_ins`: whether materials whose
+    node tree is written show their images to programs that do not read it. Raises ExportError, and OSError where a folder cannot be
     written.
     """
     started = time.perf_counter()
@@ -36,6 +37,7 @@ def write_scene(depsgraph, scene, folder, cache, *, report=None, move=None, view
     verdicts = Verdicts()
     timings = {}
     exporter = scenes.Exporter(depsgraph, scene, folder, cache, verdicts, report or (lambda text: None), move, views)
+    exporter.materials.stand_ins = stand_ins
 
     def timed(name, step):
         begun = time.perf_counter()

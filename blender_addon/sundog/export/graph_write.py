@@ -276,16 +276,13 @@ class GraphWriter:
             self._note(f"changes of \"{image.name}\" that are not saved are not seen, as in Cycles")
             image = images.Picture(image, images.file_of(image))
         path, space, alpha = _file(image, self.cache)
-        described = {
+        return {
             "index": self.document.shared("images", {"uri": self.document.uri(path)}),
             "colorspace": space,
             "alpha_mode": alpha,
             "is_float": path.endswith((".exr", ".hdr")),
             "source": image.source,
         }
-        if image.size[0] and image.size[1]:
-            described["width"], described["height"] = image.size
-        return described
 
     def _tiles(self, image, node):
         tiles = images.tiles_of(image)
@@ -355,7 +352,7 @@ def _file(image, cache):
     """(path, colour space, alpha mode) of an image as Cycles takes it: the image's own file, or a copy."""
     name = image.colorspace_settings.name
     path = None
-    if not (_is_builtin(image) and (image.is_float or image.alpha_mode == "PREMUL")):
+    if not (_is_builtin(image) and (image.alpha_mode == "PREMUL" or images.holds_floats(image))):
         path = images.original(image, cache, name in images.DATA_SPACES, any_space=True)
     if path is None:
         return _copy(image, cache)
@@ -386,14 +383,14 @@ def _copy(image, cache):
     name, mode, builtin = image.colorspace_settings.name, image.alpha_mode, _is_builtin(image)
     stem = os.path.join(cache, f"graph-{hashlib.sha1(json.dumps(images.identity(image)).encode()).hexdigest()}")
     alpha = _alpha_of(image)
-    if not builtin and (image.is_float or mode == "PREMUL"):
+    if not builtin and (mode == "PREMUL" or images.holds_floats(image)):
         # Blender has changed the numbers of the file.
         codes = images.codes_of(image)
         path = f"{stem}.{'exr' if codes.dtype == numpy.float32 else 'png'}"
         if not os.path.isfile(path):
             (images.write_exr if codes.dtype == numpy.float32 else images.write_png)(path, codes)
         return path, name, alpha
-    if not image.is_float:
+    if not images.holds_floats(image):
         path = f"{stem}.png"
         if not os.path.isfile(path):
             images.write_png(path, images.coded_pixels(image))

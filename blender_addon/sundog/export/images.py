@@ -324,6 +324,17 @@ def may_have_alpha(image):
     return kind not in {".jpg", ".hdr"}
 
 
+def holds_floats(image):
+    """Whether the image's numbers are floats, without loading it where its file's start tells: Blender decodes the whole image
+    to say so, which takes half a second for 4096 x 4096 pixels."""
+    if not isinstance(image, Picture) and not image.has_data and image.source in {"FILE", "TILED"}:
+        start = start_of(image) or b""
+        # Blender reads PNG of 16 bits as floats, and other kinds as it may.
+        if kind_of(start) == ".jpg" or (kind_of(start) == ".png" and start[24:25] == b"\x08"):
+            return False
+    return image.is_float
+
+
 # Whether the images of a session are opaque, by their identity.
 _opaque = {}
 
@@ -351,7 +362,7 @@ def multiplies(image):
 def is_associated(image):
     """Whether the file holds colours multiplied with alpha, as OpenEXR does."""
     start = start_of(image)
-    floats = kind_of(start) == ".exr" if start else image.is_float
+    floats = kind_of(start) == ".exr" if start else holds_floats(image)
     return floats and multiplies(image)
 
 
@@ -365,7 +376,7 @@ def linear_pixels(image, multiplied=False, step=1):
     if step > 1:
         values = values[step // 2 :: step, step // 2 :: step].copy()
     alpha = values[..., 3:]
-    if image.is_float:
+    if holds_floats(image):
         if not multiplied and image.alpha_mode not in {"NONE", "CHANNEL_PACKED"}:
             numpy.divide(values[..., :3], alpha, out=values[..., :3], where=(alpha > 0) & (alpha < 1))
     elif multiplied:
@@ -373,7 +384,7 @@ def linear_pixels(image, multiplied=False, step=1):
         values[..., :3] = numpy.floor(values[..., :3] * alpha * 255 + 1e-3) / 255
     # The pixels of images of floats are in the working space already, or data.
     space = image.colorspace_settings.name
-    if not image.is_float and space not in DATA_SPACES:
+    if not holds_floats(image) and space not in DATA_SPACES:
         if space not in LINEAR_SPACES | colorspace.LINEAR:
             values[..., :3] = decode_srgb(values[..., :3])
         values[..., :3] = colorspace.convert(values[..., :3], _linear_space(space))
@@ -409,8 +420,7 @@ def codes_of(image):
 
 def is_exactly_known(image):
     """Whether the image's colour space is one that is followed exactly."""
-    # The colour space first: asking for the kind of numbers loads the image.
-    return image.colorspace_settings.name in LINEAR_SPACES | colorspace.LINEAR | {"sRGB"} or image.is_float
+    return image.colorspace_settings.name in LINEAR_SPACES | colorspace.LINEAR | {"sRGB"} or holds_floats(image)
 
 
 def _read_as_blender_does(image, extension, as_data):

@@ -58,6 +58,8 @@ class Writer:
         self.writes_indices = False
         # The kinds of the view layer's AOVs by their names.
         self.aovs = {}
+        # Whether standard materials beside node trees show their images, for programs that do not read trees.
+        self.stand_ins = True
         # Names of the grids that node trees read of what fills objects, by number.
         self.grids = []
         self._known = {}
@@ -103,8 +105,10 @@ class Writer:
             reader.note(LOST, f"it is rendered grey: {error}")
             return self._build(material.name, Surface(base_color=Const(numpy.full(3, 0.8))), reader, material)
 
-    def _build(self, name, surface, reader, material=None, side=STAND_IN):
-        slots = Slots(self, reader, self.first_uvs, side)
+    def _build(self, name, surface, reader, material=None, alone=False):
+        """`alone`: no node tree stands beside it."""
+        side = STAND_IN if self.stand_ins else 0
+        slots = Slots(self, reader, self.first_uvs, None if alone else side)
         before = list(reader.findings), list(reader.lasting), reader.volume
         pbr, extensions, exact = {}, {}, {"thin_walled": surface.thin_walled}
         result = {"name": name, "doubleSided": True, "pbrMetallicRoughness": pbr}
@@ -173,7 +177,7 @@ class Writer:
         if slots.reduced and (written is None or not written.extension):
             # No node tree stands beside it: it is what is rendered.
             reader.findings, reader.lasting, reader.volume = before
-            return self._build(name, surface, reader, material, side=None)
+            return self._build(name, surface, reader, material, alone=True)
         if is_closed and (written is None or not written.extension):
             reader.note(APPROXIMATED, "its shadows are as light as it is, for all that its Transparent Shadows are off")
         written = written or graph_write.Written()

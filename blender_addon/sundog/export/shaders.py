@@ -673,9 +673,9 @@ class Reader:
         # Coordinates that are wrapped before the image sees them; the image's own way is left for the others.
         wraps = [one or wrap for one in own]
         alpha = node.outputs["Alpha"].is_linked
-        if image.alpha_mode == "PREMUL" and not image.is_float and images.may_have_alpha(image):
+        if image.alpha_mode == "PREMUL" and not images.holds_floats(image) and images.may_have_alpha(image):
             self.note(APPROXIMATED, f"the alpha of \"{image.name}\" is taken as straight instead of premultiplied")
-        if bpy.app.version >= (5, 1, 0) and image.alpha_mode == "STRAIGHT" and image.is_float and images.multiplies(image):
+        if bpy.app.version >= (5, 1, 0) and image.alpha_mode == "STRAIGHT" and images.holds_floats(image) and images.multiplies(image):
             self.note(APPROXIMATED, f"the colours of \"{image.name}\" are taken as multiplied by its alpha already")
         # Where a node asks for the alpha, Cycles takes it out of the colours again, but only after interpolating them with it.
         weighted = alpha and images.has_straight_alpha(image)

@@ -15,7 +15,7 @@ class Slots:
 
     def __init__(self, writer, reader, uvs=(), side=None):
         self.writer, self.reader = writer, reader
-        # Textures that are made have so many pixels along each side at most; None for as many as the images have.
+        # Textures that are made have so many pixels along each side at most; None for as many as the images have, 0 for none made.
         self.side, self.reduced = side, False
         self.uvs = list(uvs)
         self.attributes = []
@@ -255,6 +255,10 @@ class Slots:
         weighted = bool(shown) and all(leaf.texture.weighted and leaf.texture.key() == own for leaf in shown)
         if any(leaf.texture.mapping() != first.mapping() for leaf in used):
             self.reader.note(APPROXIMATED, "images that lie differently on the surface are combined as the first lies")
+        if self.side == 0:
+            # Blender would decode all of their images.
+            self.reduced = True
+            return None
         name = expressions.Operation("baked", None, [color, alpha, Const(float(as_data))], True).digest()
         stem = os.path.join(self.writer.cache, f"baked-{name}")
         sizes = [leaf.texture.image.size for leaf in used]

@@ -193,7 +193,7 @@ def _as_tree(world, written):
 def _coded(world, image, place):
     """The tree of a world that is a picture of coded numbers: between them Cycles takes their mean before it decodes it. None of
     another, whose plain picture shows the same."""
-    if not graph.ENABLED or image.is_float or image.colorspace_settings.name != "sRGB":
+    if not graph.ENABLED or image.colorspace_settings.name != "sRGB" or images.holds_floats(image):
         return None
     document, cache, report = place
     findings = []
