@@ -55,6 +55,10 @@ impl LightBounds {
                 return None;
             }
         }
+        // A ray that begins behind the light may end before it begins.
+        if from >= to {
+            return None;
+        }
         let half = self.normals.radians() + self.cos_emission.clamp(-1.0, 1.0).acos();
         if !self.two_sided && half < FRAC_PI_2 {
             // The cone around a ball of that radius.

@@ -399,7 +399,11 @@ fn turn_normals(
             Shaded::Flat | Shaded::FlatCorner => faces[i],
             Shaded::ByVertex => at(renewed, name),
             // Vertices of sharp edges have normals of their own, which turn as that of the vertex does.
-            Shaded::SmoothCorner => Vec3::from(*normal) + at(after, name) - at(before, name),
+            Shaded::SmoothCorner if renewed.contains_key(name) => {
+                Vec3::from(*normal) + at(after, name) - at(before, name)
+            }
+            // Where a bump goes over the displacement, it turns the normals of before.
+            Shaded::SmoothCorner => continue,
         };
         if let Some(turned) = turned.try_normalize() {
             *normal = turned.into();

@@ -213,7 +213,10 @@ impl HitPoint<'_> {
     fn generated(&self, facts: &ObjectFacts) -> Vec3 {
         match &self.mesh.generated {
             Some(values) => self.vector(values),
-            None => facts.texture_space.generated(self.in_object()),
+            // It is an attribute in Cycles, whatever it is made of here.
+            None => facts
+                .texture_space
+                .generated(Self { hit: None, ..*self }.in_object()),
         }
     }
 
@@ -622,11 +625,12 @@ impl Place for HitPoint<'_> {
     #[inline]
     fn steps(&self, pixels: f32) -> [Vec3; 2] {
         let n = to_blender(self.side(self.geometric_normal()));
-        let pixel = self.pixel();
         // A step that the floats of the point cannot tell apart gives no slope: 2⁻¹⁸ of its coordinates leaves 5 bits to heights that
         // depend on the place in the world; a pixel of the picture can be as small. Objects' own coordinates have all bits.
         let least = self.in_world().abs().max_element() * f32::EPSILON * 32.0;
-        let size = (pixel * pixels).max(least).max(f32::MIN_POSITIVE.sqrt());
+        let size = (self.pixel() * pixels)
+            .max(least)
+            .max(f32::MIN_POSITIVE.sqrt());
         // What curves within a step makes slopes hang on where the step goes: as in Cycles.
         let steps = across(n).map(|step| step * size);
         if self.undisplaced.is_none() {
@@ -635,16 +639,19 @@ impl Place for HitPoint<'_> {
         // The same steps of the barycentric coordinates, across the triangle before it was displaced.
         let displaced = self.displaced();
         let by = displaced.barycentric(steps.map(|step| displaced.vector_to_mesh(step)));
-        by.map_or(steps, |by| by.map(|by| self.way(by)))
+        by.map_or(steps, |by| {
+            by.map(|by| self.ways_of_steps().1 * self.way(by))
+        })
     }
 
     fn of_neighbours(&self, steps: [Vec3; 2], mut number: impl FnMut(&Self) -> f32) -> [f32; 2] {
         let by = self.barycentric(steps.map(|step| self.vector_to_mesh(step)));
         let by = by.unwrap_or_default();
+        let (attributes, places) = self.ways_of_steps();
         // Places go along the displaced triangle, as in Cycles: until 4.5 as far as the steps do on average.
         let ways = self.undisplaced.map(|before| {
             if before.is_of_5 {
-                return by.map(|by| self.displaced().way(by));
+                return by.map(|by| places * self.displaced().way(by));
             }
             let size = 0.5 * (steps[0].length() + steps[1].length());
             across(to_blender(self.side(self.geometric_normal()))).map(|way| way * size)
@@ -652,7 +659,7 @@ impl Place for HitPoint<'_> {
         [0, 1].map(|i| {
             let mut there = *self;
             there.hit = self.hit.or(Some((self.u, self.v)));
-            (there.u, there.v) = (self.u + by[i].0, self.v + by[i].1);
+            (there.u, there.v) = (self.u + attributes * by[i].0, self.v + attributes * by[i].1);
             if let (Some(before), Some(ways)) = (&mut there.undisplaced, ways) {
                 before.way += ways[i];
             }

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Displacements that are steep bumps, with and without normal maps beside them, and normal maps between normals that spread, beside Cycles'."""
 
+import math
+
 import bpy
 import export_kit as kit
 import numpy
@@ -129,3 +131,74 @@ class SteepBumps(kit.ExportTest):
         sun.energy = 3
         self.link("sun", sun, rotation_euler=(0.9, 0.2, 0))
         self.check("a cylinder", 0.003, (False,), 128)
+
+
+class Normals(kit.ExportTest):
+    """The normals that bumps and displacements make, as emissions show them."""
+
+    def setUp(self):
+        super().setUp()
+        self.write_graphs(True)
+        kit.unbiased(self.scene.cycles)
+        self.scene.cycles.max_bounces = 0
+
+    def shown(self, coordinate, method):
+        """A material that shows its normal. A triangle wave along a coordinate moves it, or goes into a Bump node."""
+        made = bpy.data.materials.new("shown")
+        made.use_nodes = True
+        tree = made.node_tree
+        tree.nodes.clear()
+        add, link = (lambda kind: tree.nodes.new(f"ShaderNode{kind}")), tree.links.new
+        place, parts, wave = add("TexCoord"), add("SeparateXYZ"), add("Math")
+        wave.operation, wave.inputs[1].default_value = "PINGPONG", 0.25
+        link(place.outputs[coordinate], parts.inputs[0])
+        link(parts.outputs[0], wave.inputs[0])
+        out, light, scaled = add("OutputMaterial"), add("Emission"), add("VectorMath")
+        scaled.operation = "MULTIPLY_ADD"
+        scaled.inputs[1].default_value = scaled.inputs[2].default_value = (0.5, 0.5, 0.5)
+        if method == "NODE":
+            bump = add("Bump")
+            bump.inputs["Distance"].default_value = 0.5
+            link(wave.outputs[0], bump.inputs["Height"])
+            normal = bump.outputs["Normal"]
+        else:
+            moved = add("Displacement")
+            moved.inputs["Scale"].default_value = 0.2
+            link(wave.outputs[0], moved.inputs["Height"])
+            link(moved.outputs[0], out.inputs["Displacement"])
+            made.displacement_method = method
+            normal = add("NewGeometry").outputs["Normal"]
+        link(normal, scaled.inputs[0])
+        link(scaled.outputs[0], light.inputs["Color"])
+        link(light.outputs[0], out.inputs["Surface"])
+        return made
+
+    def check(self, words):
+        ours = kit.rendered(self.export().path, SIZE, SIZE, 64)[..., :3]
+        theirs = kit.cycles_pixels(SIZE, SIZE, 64)[..., :3]
+        off = numpy.abs(ours - theirs).mean()
+        print(f"{words}: {off:.5f} of {numpy.abs(theirs - theirs.mean((0, 1))).mean():.4f}", flush=True)
+        self.assertLess(off, 0.004, words)
+
+    def test_walls_from_behind(self):
+        """Steps of bumps take attributes the other way there, and places not."""
+        bpy.ops.mesh.primitive_grid_add(x_subdivisions=64, y_subdivisions=64, size=2)
+        wall = bpy.context.object
+        wall.data.materials.append(None)
+        self.camera.location, self.camera.rotation_euler = (0, 0, -3), (math.pi, 0, 0)
+        for method in ("NODE", "BUMP", "BOTH"):
+            for coordinate in ("UV", "Generated", "Object"):
+                wall.data.materials[0] = self.shown(coordinate, method)
+                self.check(f"{method}, {coordinate}")
+
+    def test_a_ball_with_a_sharp_edge(self):
+        """Normals of corners are those of before where a bump goes over a displacement."""
+        bpy.ops.mesh.primitive_uv_sphere_add(segments=96, ring_count=48)
+        ball = bpy.context.object
+        bpy.ops.object.shade_smooth()
+        ball.data.attributes.new("sharp_edge", "BOOLEAN", "EDGE").data[0].value = True
+        ball.data.materials.append(None)
+        self.camera.location, self.camera.rotation_euler = (0, -3, 0), (math.pi / 2, 0, 0)
+        for method in ("DISPLACEMENT", "BOTH"):
+            ball.data.materials[0] = self.shown("Generated", method)
+            self.check(f"one sharp edge, {method}")

@@ -72,6 +72,16 @@ impl HitPoint<'_> {
         !strand.is_strand || FibrePlace::of(&strand, normal).is_seen(aspect, view)
     }
 
+    /// Which way steps of Bumps take attributes and places: 1 is along them, -1 against them. Of a triangle that is seen from behind
+    /// Cycles turns the derivatives, by which attributes go and steps across what it was before it was displaced, and not places.
+    pub(super) fn ways_of_steps(&self) -> (f32, f32) {
+        match (self.is_inside(), self.undisplaced.is_some()) {
+            (true, true) => (1.0, -1.0),
+            (true, false) => (-1.0, 1.0),
+            _ => (1.0, 1.0),
+        }
+    }
+
     /// The place between corners; `turned` brings a vector of the mesh's space to theirs.
     pub(super) fn place_between(
         &self,
@@ -81,6 +91,9 @@ impl HitPoint<'_> {
         match (self.undisplaced, self.hit) {
             (Some(before), Some((u, v))) => {
                 between(corners, u, v) + turned(self.vector_to_mesh(before.way))
+            }
+            (None, Some((u, v))) if self.is_inside() => {
+                between(corners, 2.0 * u - self.u, 2.0 * v - self.v)
             }
             _ => between(corners, self.u, self.v),
         }

@@ -33,6 +33,14 @@ fn what_faces_down_lights_what_is_below() {
     assert!(is_near(lamp.pivot(down, 5.0), (2.0, 5.0)));
     let up = (Vec3::new(3.0, -2.0, 0.0), Vec3::Y);
     assert!(is_near(lamp.pivot(up, 5.0), (0.0, 2.0)));
+    // From behind it and away, with a cone, too.
+    let away = (Vec3::new(0.0, 2.0, 0.0), Vec3::Y);
+    assert_eq!(lamp.pivot(away, 5.0), None);
+    let cone = LightBounds {
+        cos_emission: 0.5,
+        ..lamp.clone()
+    };
+    assert_eq!(cone.pivot(away, 5.0), None);
     let above = (Vec3::new(3.0, 1.0, 0.0), Vec3::X);
     assert_eq!(lamp.pivot(above, 5.0), None);
     let endless = lamp.pivot(down, f32::INFINITY);
