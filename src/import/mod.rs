@@ -133,6 +133,17 @@ pub fn load(path: &Path, options: &ImportOptions) -> Result<Imported, ImportErro
     Ok(imported)
 }
 
+/// Whether a file is read as USD.
+pub fn is_usd(path: &Path) -> bool {
+    usd::is_usd(path)
+}
+
+/// What is to be done about a file that a repository has in name only.
+fn pointer(bytes: &[u8]) -> Option<&'static str> {
+    let found = bytes.starts_with(b"version https://git-lfs.github.com/spec");
+    found.then_some("a Git LFS pointer: run \"git lfs pull\" where it lies")
+}
+
 /// Where the files would be that a scene file names: its buffers, images and layers. None for a file that cannot be read.
 pub fn named_files(path: &Path) -> Vec<std::path::PathBuf> {
     if usd::is_usd(path) {

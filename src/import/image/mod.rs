@@ -190,6 +190,12 @@ fn dimensions(bytes: &[u8]) -> Result<Option<(u64, u64)>, ImageFailure> {
     }
 }
 
+/// What is said of bytes that are no image.
+fn unknown(bytes: &[u8]) -> ImageFailure {
+    let kind = super::pointer(bytes).unwrap_or("of an unknown kind");
+    ImageFailure::Kind(kind.into())
+}
+
 /// As [`decode_image`], after [`check_size`].
 pub(crate) fn decode_checked(bytes: &[u8], name: &str) -> Result<Image, ImageFailure> {
     let decoded = guarded(|| {
@@ -199,7 +205,7 @@ pub(crate) fn decode_checked(bytes: &[u8], name: &str) -> Result<Image, ImageFai
             Format::Hdr => decode_with_image(&radiance(bytes), name),
             Format::Ktx2 => ktx2::decode(bytes, name),
             Format::Unsupported(kind) => Err(ImageFailure::Kind(format!("a {kind} image"))),
-            Format::Unknown => Err(ImageFailure::Kind("of an unknown kind".into())),
+            Format::Unknown => Err(unknown(bytes)),
             _ => decode_with_image(bytes, name),
         })
     });
@@ -301,7 +307,7 @@ pub(crate) fn checked_size(bytes: &[u8], budget: &Budget) -> Result<(u64, u64, u
         }
         Format::Ktx2 => ktx2::dimensions(bytes)?,
         Format::Unsupported(kind) => return Err(ImageFailure::Kind(format!("a {kind} image"))),
-        Format::Unknown => return Err(ImageFailure::Kind("of an unknown kind".into())),
+        Format::Unknown => return Err(unknown(bytes)),
         _ => {
             let bytes = radiance(bytes);
             let decoder = reader(&bytes).into_decoder().map_err(damaged)?;

@@ -1,12 +1,18 @@
 //! Where a stage's files are, and which of them may be read.
 
+use std::borrow::Cow;
 use std::cell::{Cell, RefCell};
+use std::collections::{HashMap, HashSet};
 use std::io::{Cursor, Error, Read};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::SystemTime;
 
 use openusd::ar::{self, Asset, DefaultResolver, ResolvedPath, Resolver};
+use openusd::sdf::AbstractData;
+
+use super::classes::{self, Dropped, Layers};
+use super::text::LeftOut;
 
 /// Brackets inside brackets of a text: more than this is no scene, and the parser would follow them down its stack.
 const MOST_NESTED: usize = 2000;
@@ -18,6 +24,10 @@ pub(super) struct Refused {
     pub outside: Vec<String>,
     /// Files that are damaged, and how.
     pub damaged: Vec<(String, String)>,
+    /// What is left out of the text of layers.
+    pub left_out: Vec<(String, LeftOut)>,
+    /// Arcs that lead back to where they began.
+    pub circles: Vec<Dropped>,
 }
 
 /// Files beside the scene; shared between the stage and its reader.
@@ -35,11 +45,66 @@ struct Inner {
     read: Cell<u64>,
     /// The scene file, until it has been looked at: its first reader wants the variables in its head alone.
     unseen: RefCell<Option<PathBuf>>,
+    /// Texts are tried before they are given away, and what cannot be read in them is left out.
+    careful: bool,
+    /// Layers whose arcs have been looked at, and the arcs that they have to lose.
+    looked_at: RefCell<HashSet<String>>,
+    tangled: RefCell<HashMap<String, Vec<Dropped>>>,
+}
+
+/// Whether a name has a place of its own, on the network or on a drive of Windows.
+fn has_a_place(name: &str) -> bool {
+    let Some((scheme, rest)) = name.split_once(':') else {
+        return false;
+    };
+    let letters = !scheme.is_empty() && scheme.bytes().all(|b| b.is_ascii_alphanumeric());
+    letters && rest.starts_with(['/', '\\'])
+}
+
+/// Why a file is not there, if its name says so.
+pub(super) fn missing(name: &str) -> Option<&'static str> {
+    let network = has_a_place(name) && name.contains("://");
+    network.then_some("lies on the network: download it, and name that file instead")
+}
+
+/// Why a file is of no kind that is read, if its name says so.
+pub(super) fn foreign(name: &str) -> Option<&'static str> {
+    let outer = name.split('[').next().unwrap_or(name);
+    if name.contains(".usdz[") && name.trim_end_matches(']').ends_with(".usdz") {
+        return Some("is a .usdz in a .usdz and not read: unpack the outer one");
+    }
+    let ending = outer.rsplit_once('.')?.1;
+    let is = |other: &str| ending.eq_ignore_ascii_case(other);
+    if is("mtlx") {
+        return Some("is a MaterialX document and not read: export its materials into the stage");
+    }
+    if is("abc") || is("vdb") || is("obj") || is("gltf") || is("glb") {
+        return Some("is of another format: convert it to USD first");
+    }
+    None
 }
 
 impl Files {
-    /// For a scene file.
-    pub(super) fn new(scene: &Path, allow_outside: bool) -> Self {
+    /// Why a scene file is not opened, if a first look says so.
+    pub(super) fn refusal(&self, path: &Path) -> Option<String> {
+        let mut start = [0u8; 64];
+        let read = regular(path).and_then(|mut file| file.read(&mut start));
+        let start = &start[..read.unwrap_or(0)];
+        if let Some(what) = crate::import::pointer(start) {
+            return Some(format!("it is {what}"));
+        }
+        if !start.starts_with(b"PK") {
+            return None;
+        }
+        let archive = zip::ZipArchive::new(regular(path).ok()?).ok()?;
+        let first = archive.name_for_index(0)?.to_owned();
+        first.to_ascii_lowercase().ends_with(".usdz").then(|| {
+            format!("its first file \"{first}\" is a .usdz, too, which are not read: unpack the outer one")
+        })
+    }
+
+    /// For a scene file. `careful`: what the parser refuses in texts is left out of them.
+    pub(super) fn new(scene: &Path, allow_outside: bool, careful: bool) -> Self {
         let scene = scene.canonicalize().unwrap_or_else(|_| scene.into());
         let folder = scene.parent().map(Path::to_path_buf);
         Self {
@@ -49,6 +114,9 @@ impl Files {
                 refused: RefCell::default(),
                 read: Cell::new(0),
                 unseen: RefCell::new(Some(scene)),
+                careful,
+                looked_at: RefCell::default(),
+                tangled: RefCell::default(),
             }),
         }
     }
@@ -65,6 +133,10 @@ impl Files {
 
     /// The place of a path that a layer names.
     pub(super) fn beside(&self, path: &str, layer: &str) -> String {
+        // What has a place of its own does not lie beside anything.
+        if has_a_place(path) {
+            return path.to_owned();
+        }
         let layer = ResolvedPath::new(layer);
         self.inner.plain.create_identifier(path, Some(&layer))
     }
@@ -96,7 +168,10 @@ impl Files {
                 refused.outside.retain(|p| p != path);
                 "it lies outside of the scene's folder; --allow-outside reads it".into()
             } else {
-                "there is no such file".into()
+                match missing(path) {
+                    Some(why) => format!("it {why}"),
+                    None => "there is no such file".into(),
+                }
             }
         })
     }
@@ -154,6 +229,79 @@ impl Inner {
             .damaged
             .push((path, fault.clone()));
         Error::other(fault)
+    }
+
+    /// A layer as the parser knows it, and whether it has arcs to classes, or sublayers. An error is why it is not parsed.
+    fn prepared<'b>(
+        &self,
+        path: &str,
+        bytes: Cow<'b, [u8]>,
+        tell: bool,
+    ) -> Result<(Cow<'b, [u8]>, bool), String> {
+        if let Some(fault) = fault(&bytes) {
+            return Err(fault);
+        }
+        if bytes.starts_with(b"PXR-USDC") {
+            let words = super::crate_file::words(&bytes).unwrap_or_default();
+            let arcs = ["inheritPaths", "specializes", "subLayers"];
+            let arcs = words.iter().any(|word| arcs.contains(&&**word));
+            return Ok((bytes, arcs));
+        }
+        if let Some(what) = crate::import::pointer(&bytes) {
+            return Err(format!("it is {what}"));
+        }
+        if !bytes.starts_with(b"#usda") {
+            return Ok((bytes, false));
+        }
+        let (text, mut left_out, arcs) = match bytes {
+            Cow::Borrowed(bytes) => {
+                let read = super::text::readable(bytes)?;
+                (read.text, read.left_out, read.arcs)
+            }
+            Cow::Owned(bytes) => {
+                let read = super::text::readable(&bytes)?;
+                let changed = match read.text {
+                    Cow::Owned(text) => Some(text),
+                    Cow::Borrowed(_) => None,
+                };
+                let (left_out, arcs) = (read.left_out, read.arcs);
+                (changed.unwrap_or(bytes).into(), left_out, arcs)
+            }
+        };
+        let text = if self.careful {
+            Cow::Owned(super::repair::repaired(text, &mut left_out)?)
+        } else {
+            text
+        };
+        if tell {
+            let told = &mut self.refused.borrow_mut().left_out;
+            for part in left_out {
+                let part = (path.to_owned(), part);
+                if !told.contains(&part) {
+                    told.push(part);
+                }
+            }
+        }
+        Ok((text, arcs))
+    }
+
+    /// Takes the arcs out of a layer that lead back to where they began.
+    fn untangle(&self, path: &str, bytes: &mut Vec<u8>) {
+        if self.looked_at.borrow_mut().insert(path.to_owned()) {
+            for dropped in classes::tangled(self, path) {
+                let mut tangled = self.tangled.borrow_mut();
+                let of_layer = tangled.entry(dropped.layer.clone()).or_default();
+                if !of_layer.contains(&dropped) {
+                    of_layer.push(dropped.clone());
+                    self.refused.borrow_mut().circles.push(dropped);
+                }
+            }
+        }
+        let tangled = self.tangled.borrow();
+        let left = tangled.get(path).map(|gone| classes::without(bytes, gone));
+        if let Some(left) = left.flatten() {
+            *bytes = left;
+        }
     }
 
     fn bytes(&self, resolved: &ResolvedPath) -> std::io::Result<Vec<u8>> {
@@ -214,8 +362,30 @@ fn fault(bytes: &[u8]) -> Option<String> {
     (most > MOST_NESTED).then(|| format!("its brackets are nested {most} deep"))
 }
 
+impl Layers for Inner {
+    fn named(&self, asset: &str, by: &str) -> String {
+        let by = ResolvedPath::new(by);
+        let name = self.plain.create_identifier(asset, Some(&by));
+        let resolved = self.plain.resolve(&name);
+        resolved.map_or(name, |path| path.to_string_lossy().into_owned())
+    }
+
+    fn parsed(&self, layer: &str) -> Option<Box<dyn AbstractData>> {
+        let resolved = self.plain.resolve(layer)?;
+        if !self.is_inside(&resolved.to_string_lossy()) {
+            return None;
+        }
+        let bytes = self.bytes(&resolved).ok()?;
+        let (bytes, _) = self.prepared(layer, bytes.into(), false).ok()?;
+        classes::parse(&bytes)
+    }
+}
+
 impl Resolver for Files {
     fn create_identifier(&self, asset_path: &str, anchor: Option<&ResolvedPath>) -> String {
+        if has_a_place(asset_path) {
+            return asset_path.to_owned();
+        }
         self.inner.plain.create_identifier(asset_path, anchor)
     }
 
@@ -233,22 +403,23 @@ impl Resolver for Files {
         let bytes = self.inner.bytes(resolved_path)?;
         let size = bytes.len() as u64;
         self.inner.read.set(self.inner.read.get() + size);
-        if let Some(fault) = fault(&bytes) {
-            return Err(self.inner.damaged(resolved_path, fault));
-        }
         let unseen = self.inner.unseen.take();
-        if bytes.starts_with(b"#usda") {
-            let mut text = bytes.as_slice();
-            if unseen.is_some_and(|scene| *scene == **resolved_path)
-                && let Some(head) = super::text::head(text)
-            {
-                self.inner.read.set(0);
-                text = head;
-            }
-            return match super::text::readable(text) {
-                Ok(text) => Ok(Box::new(Cursor::new(text.into_owned()))),
+        let path = resolved_path.to_string_lossy().into_owned();
+        let unseen = unseen.is_some_and(|scene| *scene == **resolved_path);
+        let head = Some(&*bytes).filter(|_| unseen && bytes.starts_with(b"#usda"));
+        if let Some(head) = head.and_then(super::text::head) {
+            self.inner.read.set(0);
+            let head = self.inner.prepared(&path, head.into(), false);
+            return match head {
+                Ok((head, _)) => Ok(Box::new(Cursor::new(head.into_owned()))),
                 Err(fault) => Err(self.inner.damaged(resolved_path, fault)),
             };
+        }
+        let prepared = self.inner.prepared(&path, bytes.into(), true);
+        let (bytes, arcs) = prepared.map_err(|fault| self.inner.damaged(resolved_path, fault))?;
+        let mut bytes = bytes.into_owned();
+        if arcs {
+            self.inner.untangle(&path, &mut bytes);
         }
         Ok(Box::new(Cursor::new(bytes)))
     }

@@ -35,6 +35,50 @@ pub(super) struct Lamp {
     pub of_blender: bool,
 }
 
+/// A version of Blender that wrote a stage.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Blender {
+    pub major: u32,
+    minor: u32,
+    /// Not a release: branches of others are among these, whose lamps have units of their own.
+    alpha: bool,
+}
+
+impl Blender {
+    /// By the words that its exporter leaves in a stage.
+    pub(super) fn told(doc: &str) -> Option<Self> {
+        let version = doc.split("Blender v").nth(1)?;
+        let mut numbers = version.split(|c: char| !c.is_ascii_digit());
+        Some(Self {
+            major: numbers.next()?.parse().ok()?,
+            minor: numbers.next().and_then(|n| n.parse().ok()).unwrap_or(0),
+            alpha: version.contains("Alpha"),
+        })
+    }
+
+    /// Whether its lamps are as old ones: releases of before 4.1, of which some of 4.0 say whether they are normalized.
+    fn is_old(self, normalize: Option<bool>) -> bool {
+        (self.major, self.minor) < (4, 1) && !self.alpha && normalize.is_none()
+    }
+}
+
+/// What lamps of before Blender 4.1 say, as those of later ones say it.
+///
+/// They have a hundredth of a lamp's watts, a sun's strength as it is, no sun's angle, and a disk's diameter as its radius.
+fn modern(shape: &mut Shape, strength: &mut f64, normalize: &mut bool) {
+    match shape {
+        Shape::Dome(_) => {}
+        Shape::Distant { .. } => *strength *= 0.25,
+        _ => {
+            *strength *= 100.0 / PI;
+            *normalize = true;
+        }
+    }
+    if let Shape::Disk { radius } = shape {
+        *radius *= 0.5;
+    }
+}
+
 /// What shines.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Shape {
@@ -120,8 +164,9 @@ pub(super) fn load(
         value.filter(|v| v.is_finite()).unwrap_or(fallback)
     };
     let truth = |name: &str| value(name).as_ref().and_then(super::value::truth);
-    let of_blender = super::blender_version(source).is_some();
-    let (shape, intensity) = match kind {
+    let blender = super::blender_version(source);
+    let of_blender = blender.is_some();
+    let (mut shape, intensity) = match kind {
         "SphereLight" => {
             let radius = number("radius", 0.5).max(0.0);
             let point = prim.truth("treatAsPoint") == Some(true);
@@ -148,7 +193,9 @@ pub(super) fn load(
             (Shape::Cylinder { radius, length }, 1.0)
         }
         "DistantLight" => {
-            let angle = number("angle", 0.53).to_radians().clamp(0.0, PI);
+            // Half an angle is what Blender writes, where it writes one.
+            let unsaid = if of_blender { 0.265 } else { 0.53 };
+            let angle = number("angle", unsaid).to_radians().clamp(0.0, PI);
             (Shape::Distant { angle }, 50_000.0)
         }
         "DomeLight" | "DomeLight_1" => (Shape::Dome(dome(prim, kind, diagnostics)), 1.0),
@@ -187,13 +234,19 @@ pub(super) fn load(
             "they shine to all sides",
         );
     }
+    let mut strength = (number("intensity", intensity) * number("exposure", 0.0).exp2()).max(0.0);
+    let said = truth("normalize");
+    let mut normalize = said == Some(true);
+    if blender.is_some_and(|version| version.is_old(said)) {
+        modern(&mut shape, &mut strength, &mut normalize);
+    }
     Some(Lamp {
         name: name.into(),
         path,
         shape,
         color: color.map(|c| if c.is_finite() { c.max(0.0) } else { 0.0 }),
-        strength: (number("intensity", intensity) * number("exposure", 0.0).exp2()).max(0.0),
-        normalize: truth("normalize") == Some(true),
+        strength,
+        normalize,
         shaping,
         ies,
         image,
@@ -330,3 +383,7 @@ fn report_rest(prim: &View, diagnostics: &mut Diagnostics) {
         );
     }
 }
+
+#[cfg(test)]
+#[path = "../../../tests/unit/import/usd/lights.rs"]
+mod tests;

@@ -188,7 +188,7 @@ impl<'a> Materials<'a> {
             // Hydra's own fallback.
             Input::float(0.5)
         };
-        let plain = version.is_some_and(|version| version < 5);
+        let plain = version.is_some_and(|version| version.major < 5);
         let node = preview::principled()
             .with(principled::BASE_COLOR, color)
             .with(principled::ROUGHNESS, if plain { 1.0 } else { 0.5 })

@@ -125,7 +125,10 @@ pub(super) fn surface(network: &mut Network, shader: &View, id: &str) -> Option<
             network.report(
                 "usd-node",
                 crate::scene::Verdict::Lost,
-                format!("surface shader {id}"),
+                match id {
+                    "" => "surface shader without a name".to_owned(),
+                    id => format!("surface shader {id}"),
+                },
                 "another surface of the material is used, or none",
             );
             return None;

@@ -5,6 +5,7 @@
 mod binding;
 mod blackbody;
 mod camera;
+mod classes;
 mod crate_file;
 mod crate_values;
 mod curves;
@@ -12,6 +13,7 @@ mod files;
 mod geometry;
 mod ies;
 mod instances;
+mod lexis;
 mod lights;
 mod linking;
 mod materials;
@@ -24,6 +26,7 @@ mod placing;
 mod polygons;
 mod preview;
 mod primitives;
+mod repair;
 mod skeleton;
 mod source;
 mod subdivide;
@@ -90,8 +93,21 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         let mut source = None;
         let mut problem = None;
         let guarded = guarded(|| {
-            let read = Source::open(&place, &options)
-                .and_then(|opened| load_here(source.insert(opened), &options));
+            let mut read_at = |careful: bool| {
+                let opened = Source::open(&place, &options, careful)?;
+                let source = source.insert(opened);
+                let read = load_here(source, &options)?;
+                Ok((read, source.has_refused_text()))
+            };
+            // A second time with care, where the parser refuses a text: that takes longer.
+            let read = match read_at(false) {
+                Ok((_, true)) => read_at(true),
+                Err(ImportError::NotUsd { reason, .. }) if source::is_of_text(&reason) => {
+                    read_at(true)
+                }
+                read => read,
+            };
+            let read = read.map(|(read, _)| read);
             read.map_err(|error| {
                 problem = Some(error);
                 String::new()
@@ -111,14 +127,12 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
     read.map_err(|(reason, problem)| problem.unwrap_or_else(|| broken(reason)))
 }
 
-/// The version of Blender that a stage was written by, if it was.
-fn blender_version(source: &Source) -> Option<u32> {
+/// The release of Blender that a stage was written by, if it was: major and minor version.
+fn blender_version(source: &Source) -> Option<lights::Blender> {
     let doc = source
         .metadata("documentation")
         .or_else(|| source.metadata("comment"));
-    let doc = value::word(&doc?)?;
-    let version = doc.split("Blender v").nth(1)?;
-    version.split('.').next()?.parse().ok()
+    lights::Blender::told(&value::word(&doc?)?)
 }
 
 fn load_here(source: &Source, options: &ImportOptions) -> Result<Imported, ImportError> {
@@ -430,6 +444,31 @@ fn report_file(source: &Source, diagnostics: &mut Diagnostics) -> Result<(), Imp
             needed,
         });
     }
+    for (layer, part) in refused.left_out {
+        diagnostics.report(
+            "usd-text",
+            Verdict::Lost,
+            "statements of a text that are not understood",
+            format!("{layer}, line {}: {}", part.line, part.what),
+            "left out, the rest is read",
+        );
+    }
+    for circle in refused.circles {
+        let (verdict, what, instead) = if circle.redundant {
+            let what = "prims that inherit once more what those they stand below have inherited";
+            (Verdict::Exact, what, "inherited once")
+        } else {
+            let what = "prims that inherit themselves by way of others";
+            (Verdict::Lost, what, "they do not inherit those")
+        };
+        diagnostics.report(
+            "usd-circle",
+            verdict,
+            what,
+            circle.prim.to_string(),
+            instead,
+        );
+    }
     for (path, reason) in refused.damaged {
         diagnostics.report(
             "usd-layer",
@@ -450,3 +489,7 @@ fn report_file(source: &Source, diagnostics: &mut Diagnostics) -> Result<(), Imp
     }
     Ok(())
 }
+
+#[cfg(test)]
+#[path = "../../../tests/unit/import/usd/mod.rs"]
+mod tests;

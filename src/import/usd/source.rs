@@ -6,9 +6,9 @@ use std::fmt::Display;
 use std::path::Path as FilePath;
 
 use openusd::sdf::{self, Path, Value};
-use openusd::usd;
+use openusd::{pcp, usd};
 
-use super::files::Files;
+use super::files::{self, Files};
 use super::value;
 use crate::import::{ImportError, ImportOptions};
 use crate::scene::{Diagnostics, Verdict};
@@ -26,7 +26,13 @@ pub(super) struct Source {
 
 impl Source {
     /// Opens a file with all that it refers to.
-    pub(super) fn open(path: &FilePath, options: &ImportOptions) -> Result<Self, ImportError> {
+    ///
+    /// `careful`: what the parser refuses in texts is left out of them, so that the rest can be read.
+    pub(super) fn open(
+        path: &FilePath,
+        options: &ImportOptions,
+        careful: bool,
+    ) -> Result<Self, ImportError> {
         let file = path.display().to_string();
         // A first look gives the system's own reasons.
         if let Err(reason) = std::fs::File::open(path).map(drop) {
@@ -36,7 +42,11 @@ impl Source {
             };
             return Err(ImportError::Unreadable { file, reason });
         }
-        let files = Files::new(path, options.allow_outside);
+        let files = Files::new(path, options.allow_outside, careful);
+        files.refusal(path).map_or(Ok(()), |reason| {
+            let file = file.clone();
+            Err(ImportError::NotUsd { file, reason })
+        })?;
         let absolute = path.canonicalize().unwrap_or_else(|_| path.into());
         let Some(name) = absolute.to_str() else {
             let reason = "its path is not Unicode, which USD demands: rename it".into();
@@ -110,6 +120,16 @@ impl Source {
     /// Says what could not be read, and what is missing.
     pub(super) fn report(&self, diagnostics: &mut Diagnostics) {
         for (path, reason) in self.problems.take() {
+            if reason.contains("decode field \"timeSamples\"") {
+                diagnostics.report(
+                    "usd-value",
+                    Verdict::Lost,
+                    "values over time, packed as old versions of the binary format do",
+                    path,
+                    "left out; \"usdcat FILE -o NEW.usdc\" packs them anew so that they can be read",
+                );
+                continue;
+            }
             diagnostics.report(
                 "usd-value",
                 Verdict::Lost,
@@ -119,17 +139,70 @@ impl Source {
             );
         }
         for error in self.stage.composition_errors() {
-            diagnostics.report(
-                "usd-composition",
-                Verdict::Lost,
-                format!(
-                    "part of the stage that cannot be composed ({})",
-                    one_line(&error)
-                ),
-                "",
-                "left out",
-            );
+            let (what, place) = composition(&error);
+            diagnostics.report("usd-composition", Verdict::Lost, what, place, "left out");
         }
+    }
+
+    /// Whether there is a text in it that the parser refused.
+    pub(super) fn has_refused_text(&self) -> bool {
+        let problems = self.problems.borrow();
+        let of_values = problems.iter().any(|(_, reason)| is_of_text(reason));
+        let errors = self.stage.composition_errors();
+        of_values || errors.iter().any(|error| is_of_text(&format!("{error:#}")))
+    }
+}
+
+/// Whether an error of the library is one of its parser of texts.
+pub(super) fn is_of_text(error: &str) -> bool {
+    error.contains("USDA")
+}
+
+/// What an error of composition says, and of which prim.
+fn composition(error: &pcp::Error) -> (String, String) {
+    use pcp::Error as E;
+    let arc = |arc: &pcp::ArcType| match arc {
+        pcp::ArcType::Payload => "payload",
+        pcp::ArcType::Inherit => "inherited prim",
+        pcp::ArcType::Specialize => "specialized prim",
+        _ => "reference",
+    };
+    match error {
+        E::UnresolvedLayer {
+            asset_path,
+            arc: kind,
+            site_path,
+            ..
+        } => {
+            let why = files::missing(asset_path).unwrap_or("is not there");
+            (
+                format!("{} to the file \"{asset_path}\", which {why}", arc(kind)),
+                site_path.to_string(),
+            )
+        }
+        E::MalformedLayer {
+            asset_path,
+            arc: kind,
+            site_path,
+            reason,
+            ..
+        } => {
+            let why = match files::foreign(asset_path) {
+                Some(why) => why.to_owned(),
+                None => format!("cannot be read ({})", one_line(reason)),
+            };
+            (
+                format!("{} to the file \"{asset_path}\", which {why}", arc(kind)),
+                site_path.to_string(),
+            )
+        }
+        other => (
+            format!(
+                "part of the stage that cannot be composed ({})",
+                one_line(other)
+            ),
+            String::new(),
+        ),
     }
 }
 

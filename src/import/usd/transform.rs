@@ -14,12 +14,19 @@ pub(super) struct Local {
     pub resets: bool,
 }
 
+impl Local {
+    /// The parent's place.
+    pub(super) fn nowhere() -> Self {
+        Self {
+            matrix: DAffine3::IDENTITY,
+            resets: false,
+        }
+    }
+}
+
 /// Reads the operations that a prim lists.
 pub(super) fn local(prim: &View, diagnostics: &mut Diagnostics) -> Local {
-    let mut local = Local {
-        matrix: DAffine3::IDENTITY,
-        resets: false,
-    };
+    let mut local = Local::nowhere();
     let Some(order) = prim.value("xformOpOrder") else {
         return local;
     };

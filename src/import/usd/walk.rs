@@ -218,7 +218,8 @@ impl<'a, 'd> Walk<'a, 'd> {
         if matches!(&*kind, "Material" | "Shader" | "NodeGraph" | "GeomSubset") {
             return Ok(());
         }
-        if prim.word("visibility").as_deref() == Some("invisible") {
+        // What is not of a kind that can be seen can be neither hidden nor for a purpose.
+        if !kind.is_empty() && prim.word("visibility").as_deref() == Some("invisible") {
             return Ok(());
         }
         let inherited = self.below(&prim, &kind, above);
@@ -259,7 +260,11 @@ impl<'a, 'd> Walk<'a, 'd> {
 
     /// What a prim hands down.
     fn below(&mut self, prim: &View, kind: &str, above: &Inherited) -> Inherited {
-        let local = transform::local(prim, self.diagnostics);
+        // A scope and a prim without a kind have no place of their own, whatever they say.
+        let local = match kind {
+            "" | "Scope" => transform::Local::nowhere(),
+            _ => transform::local(prim, self.diagnostics),
+        };
         let mut inherited = above.clone();
         inherited.depth += 1;
         inherited.primvars_above = above.primvars.clone();
@@ -271,7 +276,8 @@ impl<'a, 'd> Walk<'a, 'd> {
         inherited.absolute |= local.resets;
         inherited.skin = above.skin.below(prim, kind, &inherited.matrix);
         inherited.bindings = binding::below(self.source, &above.bindings, prim);
-        match prim.word("purpose").as_deref() {
+        let purpose = prim.word("purpose").filter(|_| !kind.is_empty());
+        match purpose.as_deref() {
             Some("default" | "render") => inherited.rendered = true,
             Some(purpose @ ("proxy" | "guide")) => {
                 inherited.rendered = false;

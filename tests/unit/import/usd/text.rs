@@ -1,7 +1,7 @@
 use super::*;
 
 fn read(text: &str) -> String {
-    String::from_utf8(readable(text.as_bytes()).unwrap().into_owned()).unwrap()
+    String::from_utf8(readable(text.as_bytes()).unwrap().text.into_owned()).unwrap()
 }
 
 #[test]
@@ -83,4 +83,110 @@ fn paths_without_a_root_are_refused() {
         let _ = has_a_root(path.as_bytes());
     }
     assert!(has_a_root(b"/World/mtl.outputs:surface") && has_a_root(b"../up.x"));
+}
+
+fn left_out(text: &str) -> Vec<(usize, String)> {
+    let read = readable(text.as_bytes()).unwrap();
+    let parts = read.left_out.into_iter();
+    parts.map(|part| (part.line, part.what)).collect()
+}
+
+#[test]
+fn files_in_quotes_become_paths() {
+    assert_eq!(
+        read("{\nasset a = \"x.png\"\nasset[] b = [\"y.png\", 'z.png']\nstring s = \"x\"\n}"),
+        "{\nasset a = @x.png@\nasset[] b = [@y.png@, @z.png@]\nstring s = \"x\"\n}"
+    );
+    let words = "{\nasset a = @x@ (\nallowedTokens = [\"y\"]\n)\n}";
+    assert_eq!(read(words), words);
+}
+
+#[test]
+fn comments_by_two_strokes_are_taken_out() {
+    assert_eq!(
+        read("// a \"b\ndef \"x\" {\n// c\ndouble r = 1 // d\nstring s = \"// e\"\n}"),
+        "\ndef \"x\" {\n\ndouble r = 1 \nstring s = \"// e\"\n}"
+    );
+}
+
+#[test]
+fn whole_numbers_lose_their_fraction() {
+    assert_eq!(
+        read("{\nint a = 5.0\nint[] b = [1.0, -2.5, 1e2]\nfloat c = 5.0\n}"),
+        "{\nint a = 5\nint[] b = [1, -2, 100]\nfloat c = 5.0\n}"
+    );
+    let samples = "{\nint d.timeSamples = {\n0.5: 3\n}\n}";
+    assert_eq!(read(samples), samples);
+    assert_eq!(read("uint[] a = [1]"), "int64[] a = [1]");
+    assert_eq!(read("uint a = 1"), "uint a = 1");
+    assert_eq!(read("PointIndex[] a = [1]"), "int[] a = [1]");
+}
+
+#[test]
+fn unknown_types_are_left_out_and_named() {
+    let text = "{\ncustom vec3f[] a = [(1, 2, 3)] (\ndoc = \"}\"\n)\nfloat b = 1\nflaot c = 2\nfooType d\n}";
+    assert_eq!(read(text), "{\n\nfloat b = 1\n\nfooType d\n}");
+    assert_eq!(
+        left_out(text),
+        [(2, "custom vec3f[] a".into()), (6, "flaot c".into())]
+    );
+}
+
+#[test]
+fn words_of_old_are_dropped() {
+    assert_eq!(
+        read("{\nconfig token a = \"x\"\nvarying rel b = </c>\n}"),
+        "{\n token a = \"x\"\n rel b = </c>\n}"
+    );
+    assert_eq!(
+        read("def \"x\" (\nactive = False\n)\n{\ntoken outputs:s = </p.out>\nrel r = </p>\n}"),
+        "def \"x\" (\nactive = false\n)\n{\ntoken outputs:s.connect = </p.out>\nrel r = </p>\n}"
+    );
+    let connected = "def \"x\" {\ntoken a.connect = </p.out>\n}";
+    assert_eq!(read(connected), connected);
+}
+
+#[test]
+fn fields_that_nobody_reads_do_no_harm() {
+    let text = "def \"x\" (\nclipActive = [(101, 0)]\nprepend foo = [\"a\"]\nprepend references = @r.usda@\n)\n{\n}";
+    assert_eq!(
+        read(text),
+        "def \"x\" (\n\n foo = [\"a\"]\nprepend references = @r.usda@\n)\n{\n}"
+    );
+    assert_eq!(left_out(text), [(2, "clipActive".into())]);
+    assert_eq!(
+        read("def \"x\" (\nfoo = @`\"./${X}.usda\"`@\n) {}"),
+        "def \"x\" (\nfoo = '`\"./${X}.usda\"`'\n) {}"
+    );
+}
+
+#[test]
+fn marks_inside_of_long_strings_are_no_end() {
+    assert_eq!(
+        read("string a = \"\"\"x \\\"\"\" y\"\"\" float b"),
+        "string a = \"\"\"x '\"\" y\"\"\" float b"
+    );
+    for text in ["\"\"\"\\", "\"\"\"\\\"", "'''\\''", "\"\"\"\\\"\"\""] {
+        let _ = readable(text.as_bytes());
+    }
+}
+
+#[test]
+fn names_in_all_letters_are_told_apart_everywhere() {
+    let new = "gr_xc3_xb6_xc3_x9fe";
+    assert_eq!(
+        read(
+            "def \"größe\" {\nfloat2[] primvars:größe = []\nstring inputs:varname = \"größe\"\nfloat a.connect = </größe.primvars:größe>\n}"
+        ),
+        format!(
+            "def \"größe\" {{\nfloat2[] primvars:{new} = []\nstring inputs:varname = \"{new}\"\nfloat a.connect = </größe.primvars:{new}>\n}}"
+        )
+    );
+}
+
+#[test]
+fn arcs_to_classes_are_seen() {
+    let arcs = |text: &str| readable(text.as_bytes()).unwrap().arcs;
+    assert!(arcs("def \"x\" (\nprepend inherits = </c>\n) {}"));
+    assert!(!arcs("def \"inherits\" (\nkind = \"specializes\"\n) {}"));
 }

@@ -1,0 +1,153 @@
+use super::*;
+
+const STAGE: &str = "(\n metersPerUnit = 1\n upAxis = \"Y\"\n)\n";
+
+/// What a text becomes, beside some other files.
+fn read(text: &str, beside: &[(&str, &str)]) -> Result<Imported, String> {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, contents) in beside {
+        std::fs::write(folder.path().join(name), contents).unwrap();
+    }
+    let path = folder.path().join("scene.usda");
+    std::fs::write(&path, text).unwrap();
+    load(&path, &ImportOptions::default()).map_err(|error| error.to_string())
+}
+
+fn stage(prims: &str) -> Imported {
+    read(&format!("#usda 1.0\n{STAGE}{prims}"), &[]).unwrap()
+}
+
+fn messages(imported: &Imported) -> String {
+    let all = imported.diagnostics.iter();
+    all.map(|d| d.to_string() + "\n").collect()
+}
+
+/// The library follows each of these without an end.
+#[test]
+fn prims_that_inherit_in_circles_are_composed() {
+    let class = "class \"_c\" { def Xform \"r\" { def Sphere \"s\" {} } }\n";
+    let again = |arc: &str| {
+        format!("{class}def \"b\" ({arc} = </_c>) {{ over \"r\" ({arc} = </_c/r>) {{}} }}")
+    };
+    for (text, spheres) in [
+        (again("inherits"), 1),
+        (again("specializes"), 1),
+        (
+            "def Xform \"A\" (inherits = </A>) { def Sphere \"s\" {} def Sphere \"t\" {} }".into(),
+            2,
+        ),
+        (
+            "def Xform \"A\" (inherits = </B>) { def Sphere \"s\" {} }\ndef Xform \"B\" (inherits = </A>) { def Sphere \"t\" {} }".into(),
+            3,
+        ),
+    ] {
+        let imported = stage(&text);
+        assert_eq!(imported.scene.instances.len(), spheres, "{text}");
+        assert!(messages(&imported).contains("inherit"), "{text}");
+    }
+}
+
+#[test]
+fn statements_that_are_not_understood_are_left_out_and_named() {
+    let imported = stage("def Sphere \"s\" {\n float a = undefined\n double radius = 2\n}");
+    assert_eq!(imported.scene.instances.len(), 1);
+    let told = messages(&imported);
+    assert!(told.contains("scene.usda, line 7: float a"), "{told}");
+    let refused = read("#usda 1.0\ndef Sphere {\n}", &[]).unwrap_err();
+    assert!(
+        refused.ends_with("its line 2 is not understood: \"def Sphere {\""),
+        "{refused}"
+    );
+}
+
+#[test]
+fn layers_that_are_referred_to_are_read_as_well() {
+    let part = "#usda 1.0\n(\n defaultPrim = \"p\"\n)\ndef Xform \"p\" {\n def Sphere \"s\" {\n  float a = undefined\n }\n}";
+    let scene = format!("#usda 1.0\n{STAGE}def \"x\" (references = @part.usda@) {{}}");
+    let imported = read(&scene, &[("part.usda", part)]).unwrap();
+    assert_eq!(imported.scene.instances.len(), 1);
+    assert!(messages(&imported).contains("part.usda, line 7: float a"));
+}
+
+#[test]
+fn files_of_other_kinds_are_told_apart() {
+    let pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 1\n";
+    let refused = read(pointer, &[]).unwrap_err();
+    assert!(refused.contains("git lfs pull"), "{refused}");
+    let scene = |name: &str| {
+        format!(
+            "#usda 1.0\n{STAGE}def \"x\" (references = @{name}@</M>) {{}}\ndef Sphere \"s\" {{}}"
+        )
+    };
+    for (name, told) in [
+        ("part.usda", "git lfs pull"),
+        ("m.mtlx", "MaterialX document and not read"),
+        ("https://example.org/a.usda", "lies on the network"),
+        ("absent.usda", "is not there"),
+    ] {
+        let beside = [("part.usda", pointer), ("m.mtlx", "<materialx/>")];
+        let imported = read(&scene(name), &beside).unwrap();
+        let all = messages(&imported);
+        assert!(all.contains(told) && all.contains(name), "{all}");
+        assert_eq!(imported.scene.instances.len(), 1);
+    }
+}
+
+/// A prim without a kind is neither hidden nor placed by what it says, and a scope is not placed.
+#[test]
+fn prims_that_cannot_be_seen_or_placed_are_not() {
+    let moved = "double3 xformOp:translate = (5, 0, 0)\n uniform token[] xformOpOrder = [\"xformOp:translate\"]\n";
+    let of = |prim: &str, words: &str| {
+        let imported = stage(&format!(
+            "def {prim} \"W\" {{\n {words}\n def Sphere \"s\" {{\n }}\n}}"
+        ));
+        let placed = imported.scene.instances.first();
+        placed.map(|i| i.world_from_object.translation.x)
+    };
+    assert_eq!(of("", "token visibility = \"invisible\""), Some(0.0));
+    assert_eq!(of("", "token purpose = \"proxy\""), Some(0.0));
+    assert_eq!(of("", moved), Some(0.0));
+    assert_eq!(of("Scope", moved), Some(0.0));
+    assert_eq!(of("Scope", "token visibility = \"invisible\""), None);
+    assert_eq!(of("Xform", "token purpose = \"proxy\""), None);
+    assert_eq!(of("Xform", moved), Some(5.0));
+}
+
+/// Blender 3.x wrote a hundredth of a lamp's watts.
+#[test]
+fn lamps_of_old_releases_of_blender_have_their_watts() {
+    let strength = |doc: &str, words: &str| {
+        let text = format!(
+            "#usda 1.0\n(\n doc = \"{doc}\"\n metersPerUnit = 1\n upAxis = \"Z\"\n)\ndef SphereLight \"l\" {{\n float inputs:radius = 0.1\n {words}\n}}"
+        );
+        let imported = read(&text, &[]).unwrap();
+        match imported.scene.lights[0].kind {
+            crate::scene::LightKind::Point { intensity, .. } => intensity,
+            _ => panic!(),
+        }
+    };
+    let old = strength("Blender v3.0.0", "float inputs:intensity = 10");
+    let new = strength(
+        "Blender v4.2.0",
+        "float inputs:intensity = 318.30988\n bool inputs:normalize = 1",
+    );
+    assert!((old / new - 1.0).abs() < 1e-6, "{old} {new}");
+}
+
+#[test]
+fn a_package_in_a_package_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("outer.usdz");
+    let mut zip = zip::ZipWriter::new(std::fs::File::create(&path).unwrap());
+    let options =
+        zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
+    zip.start_file("inner.usdz", options).unwrap();
+    std::io::Write::write_all(&mut zip, b"PK").unwrap();
+    zip.finish().unwrap();
+    let refused = load(&path, &ImportOptions::default());
+    let refused = refused.unwrap_err().to_string();
+    assert!(
+        refused.contains("its first file \"inner.usdz\" is a .usdz, too"),
+        "{refused}"
+    );
+}
