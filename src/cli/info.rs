@@ -306,7 +306,7 @@ fn diagnostic_lines(diagnostics: &Diagnostics, page: &mut Page) {
     for diagnostic in diagnostics.iter() {
         page.line(
             progress::verdict_word(diagnostic.verdict),
-            diagnostic.to_string(),
+            diagnostic.introduced(),
         );
     }
     if diagnostics.is_empty() {

@@ -94,8 +94,9 @@ impl Reporter {
         }
         for diagnostic in diagnostics.iter() {
             self.say(&format!(
-                "{}: {diagnostic}",
-                verdict_word(diagnostic.verdict)
+                "{}: {}",
+                verdict_word(diagnostic.verdict),
+                diagnostic.introduced()
             ));
             self.tell(&Line {
                 event: "diagnostic",

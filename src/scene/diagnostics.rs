@@ -217,6 +217,28 @@ impl Diagnostic {
     }
 }
 
+impl Diagnostic {
+    /// The message behind the word that its verdict is introduced by: what is left out need not be said to be so again.
+    pub fn introduced(&self) -> String {
+        let text = self.to_string();
+        let said = [": not supported; left out", ": left out"];
+        if self.verdict != Verdict::Lost {
+            return text;
+        }
+        if let Some(short) = said.iter().find_map(|end| text.strip_suffix(end)) {
+            return short.to_owned();
+        }
+        let starts = ["left out: ", "left out, "];
+        match starts.iter().find_map(|s| self.instead.strip_prefix(s)) {
+            Some(rest) => {
+                let before = text.len() - self.instead.len();
+                format!("{}{rest}", &text[..before])
+            }
+            None => text,
+        }
+    }
+}
+
 impl std::fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}", self.feature)?;

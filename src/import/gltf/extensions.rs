@@ -49,6 +49,7 @@ fn changes_no_picture(name: &str) -> bool {
         || matches!(
             name,
             "KHR_xmp"
+                | "FB_ngon_encoding"
                 | "KHR_xmp_json_ld"
                 | "KHR_interactivity"
                 | "KHR_implicit_shapes"

@@ -10,7 +10,7 @@ use super::container::Document;
 use super::deform::Pose;
 use super::material_list::{MaterialKey, key};
 use super::mesh::{Attributes, Loaded, PrimitiveMaterial, VerticesSource};
-use super::placement::matrix;
+use super::placement::{local_transform, matrix};
 use super::schema::SundogMesh;
 use super::strands::StrandsSource;
 use super::walk::{Placed, Shaped};
@@ -35,6 +35,7 @@ pub(super) fn poses(
     diagnostics: &mut Diagnostics,
 ) -> Result<BTreeMap<Shaped, Pose>, ImportError> {
     let mut poses = BTreeMap::new();
+    let mut parents = HashMap::new();
     let mut origins: HashMap<Shaped, DAffine3> = HashMap::new();
     for &shape in shapes {
         let mesh_weights = document
@@ -66,7 +67,23 @@ pub(super) fn poses(
                     document.graph.skins.get(skin).ok_or_else(|| {
                         broken(format!("it uses skin {skin}, which does not exist"))
                     })?;
-                let world = |joint: usize| worlds.get(&joint).copied();
+                let absent = skin.joints.iter().find(|j| !worlds.contains_key(*j));
+                if absent.is_some() {
+                    diagnostics.report(
+                        "skin-joints",
+                        Verdict::Approximated,
+                        "skin with joints that are not in the scene",
+                        &name,
+                        "posed as those stand in the file",
+                    );
+                    if parents.is_empty() {
+                        parents = parents_of(document);
+                    }
+                }
+                let world = |joint: usize| {
+                    let placed = worlds.get(&joint).copied();
+                    placed.or_else(|| stands(document, joint, &parents))
+                };
                 // Vertices are f32: they are kept small by measuring from the first joint.
                 let first = skin
                     .joints
@@ -88,6 +105,34 @@ pub(super) fn poses(
         }
     }
     Ok(poses)
+}
+
+/// The node that each node stands below.
+fn parents_of(document: &Document) -> HashMap<usize, usize> {
+    let mut parents = HashMap::new();
+    for index in 0..document.nodes {
+        let children = document.node(index).map(|node| node.children);
+        for child in children.into_iter().flatten() {
+            parents.insert(child, index);
+        }
+    }
+    parents
+}
+
+/// Where a node stands that is not in the scene.
+fn stands(document: &Document, index: usize, parents: &HashMap<usize, usize>) -> Option<DAffine3> {
+    let mut world = DAffine3::IDENTITY;
+    let mut at = Some(index);
+    // A circle of parents is no longer than there are any.
+    for _ in 0..=parents.len() + 1 {
+        let Some(index) = at else {
+            return Some(world);
+        };
+        let node = document.node(index)?;
+        world = local_transform(&node, "", &mut Diagnostics::default()) * world;
+        at = parents.get(&index).copied();
+    }
+    None
 }
 
 /// Reads the meshes, several at a time; the order is the file's.
@@ -269,3 +314,7 @@ fn has_plain_copy(document: &Document, primitive: &::gltf::json::mesh::Primitive
         .and_then(|i| document.core.accessors.get(i.value()));
     accessor.is_some_and(|a| a.buffer_view.is_some() || a.sparse.is_some())
 }
+
+#[cfg(test)]
+#[path = "../../../tests/unit/import/gltf/shapes.rs"]
+mod tests;

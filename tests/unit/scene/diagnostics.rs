@@ -44,3 +44,23 @@ fn an_effect_and_the_names_of_its_materials_come_through_when_lists_are_joined()
     assert_eq!(json[0]["effect"], "coat");
     assert_eq!(json[0]["objects"][0], "material \"Paint\"");
 }
+
+#[test]
+fn behind_the_word_left_out_it_is_not_said_again() {
+    let told = |verdict, instead: &str| {
+        let mut list = Diagnostics::default();
+        list.report("x", verdict, "curves", "a", instead);
+        list.iter().next().unwrap().introduced()
+    };
+    assert_eq!(told(Verdict::Lost, "left out"), "curves (a)");
+    assert_eq!(told(Verdict::Lost, "not supported; left out"), "curves (a)");
+    assert_eq!(
+        told(Verdict::Lost, "left out: too few"),
+        "curves (a): too few"
+    );
+    assert_eq!(told(Verdict::Lost, "made grey"), "curves (a): made grey");
+    assert_eq!(
+        told(Verdict::Approximated, "left out"),
+        "curves (a): left out"
+    );
+}
