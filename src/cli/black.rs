@@ -69,6 +69,10 @@ fn cause(mean: f64, rendering: &Rendering, file: &SceneFile, light_units: LightU
         "the camera sees nothing; --camera chooses another, and --environment-color 1,1,1 shows a background".into()
     } else if scene.lights.is_empty() {
         "what shines does not reach what the camera sees; --environment-color 1,1,1 lights it, --exposure brightens it".into()
+    } else if crate::import::is_usd(&file.path) {
+        // USD says what its numbers mean.
+        "its lamps are too weak or do not reach what the camera sees; brighten it with --exposure"
+            .into()
     } else {
         let units = match light_units {
             LightUnits::Unitless => "",

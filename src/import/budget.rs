@@ -81,8 +81,9 @@ impl Budget {
             });
         taken.map(|_| ()).map_err(|_| {
             format!(
-                "would take {} MiB of memory, which is out of proportion to the file (at most {} MiB): it is damaged",
-                bytes >> 20,
+                "would take {} MiB of memory beside the {} MiB of what was read before, which is out of proportion to the file (at most {} MiB together): it is damaged",
+                bytes.div_ceil(1 << 20),
+                (self.total - self.left()) >> 20,
                 self.total >> 20
             )
         })

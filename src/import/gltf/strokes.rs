@@ -159,10 +159,13 @@ fn bounds(mesh: &Mesh) -> Option<[DVec3; 2]> {
     })
 }
 
+/// More points than this are octahedra.
+const MOST_ROUND: usize = 10_000;
+
 /// A sphere's directions and triangles: an octahedron, an icosahedron, or that with each side in four. They shine, so that each
 /// triangle is a lamp: the more points, the fewer.
 fn ball(points: usize) -> (Vec<Vec3>, Vec<[u32; 3]>) {
-    if points > 10_000 {
+    if points > MOST_ROUND {
         let axes = [Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y, -Vec3::Z];
         let sides = (0..8u32).map(|side| {
             let [x, y, z] = [0, 1, 2].map(|axis| axis + 3 * (side >> axis & 1));
@@ -277,9 +280,15 @@ impl Surface {
 }
 
 fn spheres(mesh: &mut Mesh, ends: &[[u32; 2]], radius: f32, budget: &Budget) -> Result<(), String> {
-    let (directions, sides) = ball(ends.len());
-    let counts = [directions.len(), sides.len()].map(|n| n.saturating_mul(ends.len()));
-    let mut made = Surface::new(counts[0], counts[1], mesh, budget)?;
+    let made = |points: usize| {
+        let (directions, sides) = ball(points);
+        let counts = [directions.len(), sides.len()].map(|n| n.saturating_mul(ends.len()));
+        let made = Surface::new(counts[0], counts[1], mesh, budget)?;
+        Ok::<_, String>((made, directions, sides))
+    };
+    // With fewer sides where many meshes have points.
+    let made = made(ends.len()).or_else(|_| made(MOST_ROUND + 1));
+    let (mut made, directions, sides) = made?;
     for &[point, _] in ends {
         let at = Vec3::from(mesh.positions[point as usize]);
         let first = made.positions.len() as u32;
@@ -293,13 +302,17 @@ fn spheres(mesh: &mut Mesh, ends: &[[u32; 2]], radius: f32, budget: &Budget) -> 
     Ok(())
 }
 
-/// Closed tubes with as many sides.
-const SIDES: u32 = 8;
+/// Closed tubes with as many sides, and with fewer where there are too many of them.
+const SIDES: [u32; 2] = [8, 3];
 
 fn tubes(mesh: &mut Mesh, ends: &[[u32; 2]], radius: f32, budget: &Budget) -> Result<(), String> {
-    let of_one = [2 * SIDES, 2 * SIDES + 2 * (SIDES - 2)];
-    let counts = of_one.map(|n| (n as usize).saturating_mul(ends.len()));
-    let mut made = Surface::new(counts[0], counts[1], mesh, budget)?;
+    let made = |sides: u32| {
+        let of_one = [2 * sides, 2 * sides + 2 * (sides - 2)];
+        let counts = of_one.map(|n| (n as usize).saturating_mul(ends.len()));
+        Ok::<_, String>((Surface::new(counts[0], counts[1], mesh, budget)?, sides))
+    };
+    let made = made(SIDES[0]).or_else(|_| made(SIDES[1]));
+    let (mut made, sides) = made?;
     for &both in ends {
         let [a, b] = both.map(|end| Vec3::from(mesh.positions[end as usize]));
         let Some(along) = (b - a).try_normalize() else {
@@ -308,21 +321,21 @@ fn tubes(mesh: &mut Mesh, ends: &[[u32; 2]], radius: f32, budget: &Budget) -> Re
         let (x, y) = along.any_orthonormal_pair();
         let first = made.positions.len() as u32;
         for (at, from) in [(a, both[0]), (b, both[1])] {
-            for side in 0..SIDES {
-                let (sin, cos) = (std::f32::consts::TAU * side as f32 / SIDES as f32).sin_cos();
+            for side in 0..sides {
+                let (sin, cos) = (std::f32::consts::TAU * side as f32 / sides as f32).sin_cos();
                 let normal = x * cos + y * sin;
                 made.add(at + normal * radius, normal, from);
             }
         }
-        for side in 0..SIDES {
-            let next = (side + 1) % SIDES;
+        for side in 0..sides {
+            let next = (side + 1) % sides;
             let [p, q] = [side, next].map(|s| first + s);
-            made.triangles.push([p, q, q + SIDES]);
-            made.triangles.push([p, q + SIDES, p + SIDES]);
-            if (1..SIDES - 1).contains(&side) {
+            made.triangles.push([p, q, q + sides]);
+            made.triangles.push([p, q + sides, p + sides]);
+            if (1..sides - 1).contains(&side) {
                 made.triangles.push([first, q, p]);
                 made.triangles
-                    .push([first, p, q].map(|corner| corner + SIDES));
+                    .push([first, p, q].map(|corner| corner + sides));
             }
         }
     }

@@ -95,3 +95,28 @@ fn corners_become_ends() {
     assert_eq!(ends(Mode::LineLoop, &[]), Some(vec![]));
     assert_eq!(ends(Mode::Triangles, &[0, 1, 2]), None);
 }
+
+#[test]
+fn where_memory_is_short_points_and_lines_have_fewer_sides() {
+    let ends: Vec<[u32; 2]> = vec![[0, 0]; 1000];
+    let short = budget();
+    let left = short.left();
+    short.take(left - (1 << 20), 1).unwrap();
+    let mut mesh = plain(vec![[0.0; 3], [0.0, 0.0, 2.0]]);
+    spheres(&mut mesh, &ends, 0.5, &short).unwrap();
+    assert_eq!(mesh.triangles.len(), 8 * ends.len());
+    let short = budget();
+    short.take(left - (600 << 10), 1).unwrap();
+    let mut mesh = plain(vec![[0.0; 3], [0.0, 0.0, 2.0]]);
+    let ends: Vec<[u32; 2]> = vec![[0, 1]; 1000];
+    tubes(&mut mesh, &ends, 0.5, &short).unwrap();
+    assert_eq!(mesh.triangles.len(), 8 * ends.len());
+    // A triangle's prism is closed, and faces outward.
+    let mut mesh = plain(vec![[0.0; 3], [0.0, 0.0, 2.0]]);
+    let none = budget();
+    none.take(left - 400, 1).unwrap();
+    tubes(&mut mesh, &[[0, 1]], 1.0, &none).unwrap();
+    assert_eq!(mesh.triangles.len(), 8);
+    let volume = sixfold_volume(&mesh) / 6.0;
+    assert!((volume - 2.0 * 0.75 * 3f32.sqrt()).abs() < 1e-4, "{volume}");
+}
