@@ -55,6 +55,19 @@ impl Stroke {
         &self.ends
     }
 
+    /// What its surface takes of memory with all of its sides.
+    fn bytes(&self, mesh: &Mesh) -> u64 {
+        let count = self.ends.len();
+        let (vertices, triangles) = match count {
+            _ if !self.is_points => (2 * SIDES[0] as usize, 4 * SIDES[0] as usize - 4),
+            _ if count > MOST_ROUND => (6, 8),
+            1001.. => (12, 20),
+            _ => (42, 80),
+        };
+        let each = vertices * vertex_bytes(mesh) + triangles * 12;
+        (each as u64).saturating_mul(count as u64)
+    }
+
     /// In words.
     fn name(&self) -> &'static str {
         if self.is_points { "points" } else { "lines" }
@@ -76,6 +89,14 @@ pub(super) fn draw(
         Some(diagonal) if diagonal > 0.0 => diagonal / WIDTHS,
         _ => ALONE,
     };
+    let whole: u64 = strokes
+        .iter()
+        .map(|(id, stroke)| match scene.meshes.get(id.0 as usize) {
+            Some(mesh) => stroke.bytes(mesh),
+            None => 0,
+        })
+        .sum();
+    let coarse = whole > budget.left();
     for (id, stroke) in strokes {
         let width = if stroke.is_points {
             points
@@ -94,9 +115,9 @@ pub(super) fn draw(
         };
         let parts = stroke.ends.len();
         if stroke.is_points {
-            spheres(mesh, &stroke.ends, radius as f32, budget)?;
+            spheres(mesh, &stroke.ends, radius as f32, budget, coarse)?;
         } else {
-            tubes(mesh, &stroke.ends, radius as f32, budget)?;
+            tubes(mesh, &stroke.ends, radius as f32, budget, coarse)?;
         }
         let shape = if stroke.is_points { "spheres" } else { "tubes" };
         let instead = if parts == 0 {
@@ -227,6 +248,11 @@ fn ball(points: usize) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     (corners, finer)
 }
 
+/// What a vertex of a surface takes of memory.
+fn vertex_bytes(mesh: &Mesh) -> usize {
+    28 + mesh.uvs.len() * 8 + if mesh.colors.is_some() { 16 } else { 0 }
+}
+
 /// What comes in the place of a mesh's vertices.
 struct Surface {
     positions: Vec<[f32; 3]>,
@@ -243,8 +269,7 @@ impl Surface {
         mesh: &Mesh,
         budget: &Budget,
     ) -> Result<Self, String> {
-        let values = mesh.uvs.len() * 8 + if mesh.colors.is_some() { 16 } else { 0 };
-        budget.take(vertices as u64, 28 + values)?;
+        budget.take(vertices as u64, vertex_bytes(mesh))?;
         budget.take(triangles as u64, 12)?;
         if u32::try_from(vertices).is_err() {
             return Err("its points and lines are more than can be drawn".into());
@@ -279,16 +304,22 @@ impl Surface {
     }
 }
 
-fn spheres(mesh: &mut Mesh, ends: &[[u32; 2]], radius: f32, budget: &Budget) -> Result<(), String> {
+fn spheres(
+    mesh: &mut Mesh,
+    ends: &[[u32; 2]],
+    radius: f32,
+    budget: &Budget,
+    coarse: bool,
+) -> Result<(), String> {
     let made = |points: usize| {
         let (directions, sides) = ball(points);
         let counts = [directions.len(), sides.len()].map(|n| n.saturating_mul(ends.len()));
         let made = Surface::new(counts[0], counts[1], mesh, budget)?;
         Ok::<_, String>((made, directions, sides))
     };
-    // With fewer sides where many meshes have points.
-    let made = made(ends.len()).or_else(|_| made(MOST_ROUND + 1));
-    let (mut made, directions, sides) = made?;
+    // With fewer sides where there are too many in all meshes together.
+    let count = if coarse { MOST_ROUND + 1 } else { ends.len() };
+    let (mut made, directions, sides) = made(count)?;
     for &[point, _] in ends {
         let at = Vec3::from(mesh.positions[point as usize]);
         let first = made.positions.len() as u32;
@@ -305,14 +336,19 @@ fn spheres(mesh: &mut Mesh, ends: &[[u32; 2]], radius: f32, budget: &Budget) -> 
 /// Closed tubes with as many sides, and with fewer where there are too many of them.
 const SIDES: [u32; 2] = [8, 3];
 
-fn tubes(mesh: &mut Mesh, ends: &[[u32; 2]], radius: f32, budget: &Budget) -> Result<(), String> {
+fn tubes(
+    mesh: &mut Mesh,
+    ends: &[[u32; 2]],
+    radius: f32,
+    budget: &Budget,
+    coarse: bool,
+) -> Result<(), String> {
     let made = |sides: u32| {
         let of_one = [2 * sides, 2 * sides + 2 * (sides - 2)];
         let counts = of_one.map(|n| (n as usize).saturating_mul(ends.len()));
         Ok::<_, String>((Surface::new(counts[0], counts[1], mesh, budget)?, sides))
     };
-    let made = made(SIDES[0]).or_else(|_| made(SIDES[1]));
-    let (mut made, sides) = made?;
+    let (mut made, sides) = made(SIDES[usize::from(coarse)])?;
     for &both in ends {
         let [a, b] = both.map(|end| Vec3::from(mesh.positions[end as usize]));
         let Some(along) = (b - a).try_normalize() else {

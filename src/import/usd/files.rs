@@ -97,9 +97,16 @@ impl Files {
             return None;
         }
         let archive = zip::ZipArchive::new(regular(path).ok()?).ok()?;
-        let first = archive.name_for_index(0)?.to_owned();
-        first.to_ascii_lowercase().ends_with(".usdz").then(|| {
-            format!("its first file \"{first}\" is a .usdz, too, which are not read: unpack the outer one")
+        let first = archive.name_for_index(0)?;
+        let ends = |name: &str, ending: &str| name.to_ascii_lowercase().ends_with(ending);
+        if ends(first, ".usdz") {
+            return Some(format!(
+                "its first file \"{first}\" is a .usdz, and packages in packages are not read: unpack the outer one"
+            ));
+        }
+        let is_layer = |name: &str| [".usd", ".usda", ".usdc"].iter().any(|e| ends(name, e));
+        (!archive.file_names().any(is_layer)).then(|| {
+            format!("there is no USD layer in it (its first file is \"{first}\"): pack it with one")
         })
     }
 

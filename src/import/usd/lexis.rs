@@ -25,6 +25,16 @@ pub(super) fn marks(rest: &[u8]) -> &[u8] {
     }
 }
 
+/// The end of an asset path. Between three marks there may be three of them behind a stroke.
+pub(super) fn asset_end(text: &[u8], start: usize) -> usize {
+    let marks = marks(&text[start..]);
+    let mut end = quoted(text, start, marks, false);
+    while marks.len() == 3 && end < text.len() && text[..end - 3].ends_with(b"\\") {
+        end = quoted(text, end - 3, marks, false);
+    }
+    end
+}
+
 pub(super) fn is_word(byte: u8) -> bool {
     byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b':') || byte >= 0x80
 }
@@ -50,7 +60,7 @@ pub(super) fn opaque_end(text: &[u8], at: usize) -> Option<usize> {
     let line = || at + rest.iter().position(|b| *b == b'\n').unwrap_or(rest.len());
     match rest.first()? {
         b'"' | b'\'' => Some(quoted(text, at, marks(rest), true)),
-        b'@' => Some(quoted(text, at, marks(rest), false)),
+        b'@' => Some(asset_end(text, at)),
         b'#' => Some(line()),
         b'/' if rest.starts_with(b"//") => Some(line()),
         b'/' if rest.starts_with(b"/*") => Some(quoted(text, at, b"*/", false)),

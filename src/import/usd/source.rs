@@ -126,7 +126,7 @@ impl Source {
                     Verdict::Lost,
                     "values over time, packed as old versions of the binary format do",
                     path,
-                    "left out; \"usdcat FILE -o NEW.usdc\" packs them anew so that they can be read",
+                    "left out: \"usdcat FILE -o NEW.usdc\" packs them anew so that they can be read",
                 );
                 continue;
             }

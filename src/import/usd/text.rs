@@ -4,7 +4,8 @@ use std::borrow::Cow;
 use std::collections::BTreeSet;
 
 use super::lexis::{
-    closed, is_word, line, marks, number_end, opaque_end, quoted, shown, skip_white, statement,
+    asset_end, closed, is_word, line, marks, number_end, opaque_end, quoted, shown, skip_white,
+    statement,
 };
 
 /// Types of before USD 0.8, and those without a meaning here.
@@ -440,8 +441,16 @@ impl<'a> Reader<'a> {
     fn file(&mut self) {
         let (text, start) = (self.text, self.at);
         let marks = marks(&text[start..]);
-        self.at = quoted(text, start, marks, false).min(text.len());
+        self.at = asset_end(text, start);
         let inside = text.get(start + marks.len()..self.at.saturating_sub(marks.len()));
+        if marks.len() == 3 && inside.is_some_and(|path| path.windows(3).any(|w| w == b"@@@")) {
+            self.left_out.push(LeftOut {
+                line: line(text, start),
+                what: "a path with \"@@@\" in it".into(),
+            });
+            self.replace(start, self.at, b"@@");
+            return;
+        }
         // A sample of a path, or a field: the parser reads them as words only.
         let of_field = match self.inside() {
             Inside::Fields => self.last == b'=',

@@ -55,7 +55,7 @@ fn all_spheres_are_closed_and_face_outward() {
 #[test]
 fn spheres_stand_at_their_points() {
     let mut mesh = plain(vec![[1.0, 2.0, 3.0], [9.0; 3], [4.0, 5.0, 6.0]]);
-    spheres(&mut mesh, &[[0, 0], [2, 2]], 0.5, &budget()).unwrap();
+    spheres(&mut mesh, &[[0, 0], [2, 2]], 0.5, &budget(), false).unwrap();
     assert_eq!((mesh.positions.len(), mesh.triangles.len()), (84, 160));
     assert_eq!(mesh.colors.as_ref().map(Vec::len), Some(84));
     for (number, p) in mesh.positions.iter().enumerate() {
@@ -69,7 +69,7 @@ fn spheres_stand_at_their_points() {
 fn tubes_are_closed_and_face_outward() {
     let mut mesh = plain(vec![[0.0; 3], [0.0, 0.0, 2.0], [0.0; 3]]);
     // One of no length has no surface.
-    tubes(&mut mesh, &[[0, 1], [0, 2]], 1.0, &budget()).unwrap();
+    tubes(&mut mesh, &[[0, 1], [0, 2]], 1.0, &budget(), false).unwrap();
     assert_eq!(mesh.triangles.len(), 28);
     // A prism over a regular octagon, whose area is 2√2.
     let volume = sixfold_volume(&mesh) / 6.0;
@@ -97,26 +97,22 @@ fn corners_become_ends() {
 }
 
 #[test]
-fn where_memory_is_short_points_and_lines_have_fewer_sides() {
-    let ends: Vec<[u32; 2]> = vec![[0, 0]; 1000];
+fn where_there_are_too_many_points_and_lines_have_fewer_sides() {
+    let mut scene = Scene::default();
+    let mut strokes = Vec::new();
+    for mode in [Mode::Points, Mode::Lines] {
+        scene.meshes.push(plain(vec![[0.0; 3], [0.0, 0.0, 2.0]]));
+        let stroke = Stroke::new(mode, &[[0, 1]; 500].concat(), 2).unwrap();
+        strokes.push((MeshId(scene.meshes.len() as u32 - 1), stroke));
+    }
     let short = budget();
-    let left = short.left();
-    short.take(left - (1 << 20), 1).unwrap();
-    let mut mesh = plain(vec![[0.0; 3], [0.0, 0.0, 2.0]]);
-    spheres(&mut mesh, &ends, 0.5, &short).unwrap();
-    assert_eq!(mesh.triangles.len(), 8 * ends.len());
-    let short = budget();
-    short.take(left - (600 << 10), 1).unwrap();
-    let mut mesh = plain(vec![[0.0; 3], [0.0, 0.0, 2.0]]);
-    let ends: Vec<[u32; 2]> = vec![[0, 1]; 1000];
-    tubes(&mut mesh, &ends, 0.5, &short).unwrap();
-    assert_eq!(mesh.triangles.len(), 8 * ends.len());
+    short.take(short.left() - (1 << 20), 1).unwrap();
+    draw(&mut scene, strokes, &short, &mut Diagnostics::default()).unwrap();
+    let triangles = scene.meshes.iter().map(|mesh| mesh.triangles.len());
+    assert_eq!(triangles.collect::<Vec<_>>(), [8000, 4000]);
     // A triangle's prism is closed, and faces outward.
     let mut mesh = plain(vec![[0.0; 3], [0.0, 0.0, 2.0]]);
-    let none = budget();
-    none.take(left - 400, 1).unwrap();
-    tubes(&mut mesh, &[[0, 1]], 1.0, &none).unwrap();
-    assert_eq!(mesh.triangles.len(), 8);
+    tubes(&mut mesh, &[[0, 1]], 1.0, &budget(), true).unwrap();
     let volume = sixfold_volume(&mesh) / 6.0;
-    assert!((volume - 2.0 * 0.75 * 3f32.sqrt()).abs() < 1e-4, "{volume}");
+    assert!((volume - 1.5 * 3f32.sqrt()).abs() < 1e-4, "{volume}");
 }

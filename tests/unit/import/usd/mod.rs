@@ -147,7 +147,7 @@ fn a_package_in_a_package_is_named() {
     let refused = load(&path, &ImportOptions::default());
     let refused = refused.unwrap_err().to_string();
     assert!(
-        refused.contains("its first file \"inner.usdz\" is a .usdz, too"),
+        refused.contains("its first file \"inner.usdz\" is a .usdz, and packages"),
         "{refused}"
     );
 }

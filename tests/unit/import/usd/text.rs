@@ -190,3 +190,14 @@ fn arcs_to_classes_are_seen() {
     assert!(arcs("def \"x\" (\nprepend inherits = </c>\n) {}"));
     assert!(!arcs("def \"inherits\" (\nkind = \"specializes\"\n) {}"));
 }
+
+#[test]
+fn three_marks_in_a_path_are_no_end() {
+    let text = "{\nasset a = @@@x\\@@@y.png@@@\nfloat b = .5\n}";
+    assert_eq!(read(text), "{\nasset a = @@\nfloat b = 0.5\n}");
+    assert_eq!(left_out(text).len(), 1);
+    let plain = "{\nasset a = @@@x@y.png@@@\n}";
+    assert_eq!(read(plain), plain);
+    let _ = readable(b"@@@\\@@@");
+    let _ = readable(b"@@@\\@@@@@");
+}
