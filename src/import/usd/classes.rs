@@ -17,6 +17,8 @@ const MOST_LAYERS: usize = 256;
 const MOST_SITES: usize = 512;
 /// Prims that are followed for one arc, at most.
 const MOST_FOLLOWED: usize = 4096;
+/// Steps for the arcs of a stack, at most: what is left then is left out.
+const MOST_STEPS: usize = 20_000_000;
 /// Fields of arcs to classes.
 const FIELDS: [&str; 2] = ["inheritPaths", "specializes"];
 
@@ -29,7 +31,7 @@ pub(super) trait Layers {
 }
 
 /// An arc that is left out.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Dropped {
     pub layer: String,
     pub prim: Path,
@@ -52,12 +54,13 @@ pub(super) fn parse(bytes: &[u8]) -> Option<Box<dyn AbstractData>> {
 pub(super) fn without(bytes: &[u8], dropped: &[Dropped]) -> Option<Vec<u8>> {
     let data = parse(bytes)?;
     let mut data = sdf::Data::from_abstract(&*data).ok()?;
+    let arcs: HashSet<_> = dropped.iter().map(|d| (&d.prim, &d.target)).collect();
     for path in data.spec_paths() {
         for field in FIELDS {
             let here = path.strip_all_variant_selections();
             let gone = |target: &Path| {
                 let target = here.make_absolute(target);
-                dropped.iter().any(|d| d.prim == here && d.target == target)
+                arcs.contains(&(&here, &target))
             };
             let Some(list) = list(&data, &path, field) else {
                 continue;
@@ -116,6 +119,7 @@ struct Search<'a> {
     stacks: Vec<Stack>,
     numbers: HashMap<String, Option<usize>>,
     read: usize,
+    steps: usize,
 }
 
 /// The arcs of a layer and its sublayers that lead back to where they began.
@@ -125,6 +129,7 @@ pub(super) fn tangled(layers: &dyn Layers, root: &str) -> Vec<Dropped> {
         stacks: Vec::new(),
         numbers: HashMap::new(),
         read: 0,
+        steps: 0,
     };
     let Some(stack) = search.stack(root) else {
         return Vec::new();
@@ -143,7 +148,7 @@ pub(super) fn tangled(layers: &dyn Layers, root: &str) -> Vec<Dropped> {
         let images = search.images(stack, &prim, &target);
         let redundant = target != prim && images.contains(&prim);
         let circle = target.is_nested_with(&prim) || search.leads(stack, &images, &prim, &known);
-        if redundant || circle {
+        if redundant || circle || search.steps > MOST_STEPS {
             let arcs = search.stacks[stack].arcs.get_mut(&prim);
             arcs.into_iter()
                 .for_each(|arcs| arcs.retain(|a| !a.class || a.target.as_ref() != Some(&target)));
@@ -246,12 +251,19 @@ impl Search<'_> {
     fn sites(&mut self, stack: usize, prim: &Path) -> Vec<(usize, Path)> {
         let mut found = vec![(stack, prim.clone())];
         let mut at = 0;
-        while at < found.len() && found.len() < MOST_SITES {
+        while at < found.len() && found.len() < MOST_SITES && self.steps <= MOST_STEPS {
             let (stack, path) = found[at].clone();
             at += 1;
             for above in path.ancestors_below_root() {
                 let arcs = self.stacks[stack].arcs.get(&above);
-                for arc in arcs.cloned().unwrap_or_default() {
+                let arcs = arcs.map(|arcs| arcs.iter().take(MOST_SITES).cloned().collect());
+                let arcs: Vec<Arc> = arcs.unwrap_or_default();
+                self.steps += 1;
+                for arc in arcs {
+                    self.steps += found.len();
+                    if found.len() >= MOST_SITES {
+                        break;
+                    }
                     let to = match &arc.layer {
                         None => Some(stack),
                         Some(layer) => self.stack(layer),

@@ -281,12 +281,10 @@ impl Inner {
             text
         };
         if tell {
+            // Layers are opened several times.
             let told = &mut self.refused.borrow_mut().left_out;
-            for part in left_out {
-                let part = (path.to_owned(), part);
-                if !told.contains(&part) {
-                    told.push(part);
-                }
+            if !told.iter().any(|(layer, _)| layer == path) {
+                told.extend(left_out.into_iter().map(|part| (path.to_owned(), part)));
             }
         }
         Ok((text, arcs))
@@ -295,13 +293,13 @@ impl Inner {
     /// Takes the arcs out of a layer that lead back to where they began.
     fn untangle(&self, path: &str, bytes: &mut Vec<u8>) {
         if self.looked_at.borrow_mut().insert(path.to_owned()) {
-            for dropped in classes::tangled(self, path) {
-                let mut tangled = self.tangled.borrow_mut();
+            let found = classes::tangled(self, path);
+            let mut tangled = self.tangled.borrow_mut();
+            let known: HashSet<Dropped> = tangled.values().flatten().cloned().collect();
+            for dropped in found.into_iter().filter(|d| !known.contains(d)) {
                 let of_layer = tangled.entry(dropped.layer.clone()).or_default();
-                if !of_layer.contains(&dropped) {
-                    of_layer.push(dropped.clone());
-                    self.refused.borrow_mut().circles.push(dropped);
-                }
+                of_layer.push(dropped.clone());
+                self.refused.borrow_mut().circles.push(dropped);
             }
         }
         let tangled = self.tangled.borrow();

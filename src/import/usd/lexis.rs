@@ -136,11 +136,14 @@ pub(super) fn value_end(text: &[u8], start: usize) -> usize {
     }
 }
 
+/// Bytes before a statement's value, at most: more are none, and each word of a text could be followed to its end.
+const LONGEST_NAME: usize = 512;
+
 /// A statement: where it ends, and where its value begins if it has one.
 pub(super) fn statement(text: &[u8], start: usize) -> (usize, Option<usize>) {
     let mut at = start;
     let mut value = None;
-    while at < text.len() {
+    while at < text.len() && at < start + LONGEST_NAME {
         match text[at] {
             b'=' => {
                 let mut begins = skip_white(text, at + 1, true);
@@ -158,7 +161,8 @@ pub(super) fn statement(text: &[u8], start: usize) -> (usize, Option<usize>) {
                 break;
             }
             b'(' | b')' | b'{' | b'}' | b';' | b',' | b'\n' => break,
-            b'[' => at = closed(text, at),
+            // "int []".
+            b'[' if text.get(skip_white(text, at + 1, false)) != Some(&b']') => break,
             _ => at = opaque_end(text, at).unwrap_or(at + 1),
         }
     }

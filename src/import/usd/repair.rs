@@ -92,6 +92,7 @@ fn enclosing(text: &[u8], place: usize) -> Option<(usize, usize)> {
         until: 0,
     }];
     let mut found = None;
+    let mut work = 0;
     let (mut at, mut last) = (0, b'\n');
     while at < text.len() && at <= place {
         if let Some(end) = opaque_end(text, at) {
@@ -124,6 +125,11 @@ fn enclosing(text: &[u8], place: usize) -> Option<(usize, usize)> {
                     // The type and the name of a prim stand behind its word.
                     let named = text[stop..].trim_ascii_start().first() == Some(&b'"');
                     let (end, _) = statement(text, at);
+                    // Of what stands in what stands in what, each is followed to its end.
+                    work += end - at;
+                    if work > MOST_PARSED {
+                        return None;
+                    }
                     inner.until = end;
                     if (at..end).contains(&place) && !(named && last == b'd') {
                         found = Some((at, end));

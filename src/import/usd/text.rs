@@ -231,6 +231,8 @@ struct Reader<'a> {
     /// Names with letters that the parser does not know.
     strange: BTreeSet<&'a [u8]>,
     left_out: Vec<LeftOut>,
+    /// A place, and the number of its line.
+    counted: (usize, usize),
     arcs: bool,
 }
 
@@ -252,6 +254,7 @@ pub(super) fn readable(text: &[u8]) -> Result<Readable<'_>, String> {
         variants: false,
         strange: strange_names(text),
         left_out: Vec::new(),
+        counted: (0, 1),
         arcs: false,
     };
     // The version says which features there may be, and only the parser's own is read.
@@ -289,12 +292,19 @@ impl<'a> Reader<'a> {
         self.copied = to;
     }
 
+    /// Names what is left out at a place behind all others that were.
+    fn tell(&mut self, at: usize, what: String) {
+        let (before, number) = self.counted;
+        // Lines are counted once: there may be very many of both.
+        let number = number + line(&self.text[before..], at - before) - 1;
+        self.counted = (at, number);
+        self.left_out.push(LeftOut { line: number, what });
+    }
+
     /// Leaves out what stands from one place to another, and names it.
     fn leave_out(&mut self, from: usize, to: usize) {
-        self.left_out.push(LeftOut {
-            line: line(self.text, from),
-            what: shown(self.text, from),
-        });
+        let what = shown(self.text, from);
+        self.tell(from, what);
         self.replace(from, to, b"");
         self.at = to;
         self.kind = b"";
@@ -444,10 +454,7 @@ impl<'a> Reader<'a> {
         self.at = asset_end(text, start);
         let inside = text.get(start + marks.len()..self.at.saturating_sub(marks.len()));
         if marks.len() == 3 && inside.is_some_and(|path| path.windows(3).any(|w| w == b"@@@")) {
-            self.left_out.push(LeftOut {
-                line: line(text, start),
-                what: "a path with \"@@@\" in it".into(),
-            });
+            self.tell(start, "a path with \"@@@\" in it".into());
             self.replace(start, self.at, b"@@");
             return;
         }

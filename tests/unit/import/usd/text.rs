@@ -201,3 +201,20 @@ fn three_marks_in_a_path_are_no_end() {
     let _ = readable(b"@@@\\@@@");
     let _ = readable(b"@@@\\@@@@@");
 }
+
+/// Each of these took a time that grows with the square of its length.
+#[test]
+fn long_texts_take_no_longer_than_they_are() {
+    let start = std::time::Instant::now();
+    for text in [
+        format!("{{\n{}}}", "foo a = 1\n".repeat(200_000)),
+        format!("{{{}}}", "foo a ".repeat(300_000)),
+        format!("{{{}", "a[ ".repeat(500_000)),
+    ] {
+        let _ = readable(text.as_bytes());
+        let mut left_out = Vec::new();
+        let _ = super::super::repair::repaired(text.into_bytes().into(), &mut left_out);
+    }
+    // Seconds in a build that is not optimised; squares would be hours.
+    assert!(start.elapsed().as_secs() < 120);
+}
