@@ -183,23 +183,6 @@ impl HitPoint<'_> {
         self.place_between(self.mesh_corners(), |way| way)
     }
 
-    /// Steps across the mesh's triangle by its barycentric coordinates: least squares in the triangle's plane.
-    #[inline]
-    pub(super) fn barycentric<const N: usize>(&self, local: [Vec3; N]) -> Option<[(f32, f32); N]> {
-        let [a, b, c] = self.mesh_corners();
-        let (e1, e2) = (b - a, c - a);
-        let (d11, d12, d22) = (e1.dot(e1), e1.dot(e2), e2.dot(e2));
-        let det = d11 * d22 - d12 * d12;
-        let scale = det.recip();
-        // Not of a triangle without an area, or of one that f32's range cannot divide by.
-        scale.is_finite().then(|| {
-            local.map(|local| {
-                let (s1, s2) = (local.dot(e1), local.dot(e2));
-                ((s1 * d22 - s2 * d12) * scale, (s2 * d11 - s1 * d12) * scale)
-            })
-        })
-    }
-
     /// A vector of Blender's world in the mesh's space.
     #[inline]
     pub(super) fn vector_to_mesh(&self, v: Vec3) -> Vec3 {
