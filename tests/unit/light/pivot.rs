@@ -38,7 +38,7 @@ fn what_faces_down_lights_what_is_below() {
     assert_eq!(lamp.pivot(away, 5.0), None);
     let cone = LightBounds {
         cos_emission: 0.5,
-        ..lamp.clone()
+        ..lamp
     };
     assert_eq!(cone.pivot(away, 5.0), None);
     let above = (Vec3::new(3.0, 1.0, 0.0), Vec3::X);
