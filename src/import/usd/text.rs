@@ -321,7 +321,7 @@ impl<'a> Reader<'a> {
         let byte = text[start];
         let rest = &text[start..];
         match byte {
-            b'"' | b'\'' => self.string(),
+            b'"' | b'\'' => self.string()?,
             b'#' => {
                 self.at = opaque_end(text, start).unwrap_or(start + 1);
                 return Ok(());
@@ -388,15 +388,23 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn string(&mut self) {
+    fn string(&mut self) -> Result<(), String> {
         let (text, start) = (self.text, self.at);
         let marks = marks(&text[start..]);
         self.at = quoted(text, start, marks, true).min(text.len());
         let end = self.at;
         let inside = text.get(start + marks.len()..end.saturating_sub(marks.len()));
         let Some(inside) = inside else {
-            return;
+            return Ok(());
         };
+        // In paths they stand about the names of variants, and the composition would look for such without an end.
+        let names = self.inside() == Inside::Body && !matches!(self.last, b'=' | b'[' | b',');
+        if names && inside.iter().any(|b| matches!(b, b'{' | b'}')) {
+            return Err(format!(
+                "line {}: a name has a bracket in it",
+                line(text, start)
+            ));
+        }
         let value = matches!(self.last, b'=' | b'[' | b',') && self.inside() != Inside::Fields;
         let plain = !inside.iter().any(|b| matches!(b, b'@' | b'\\' | b'\n'));
         if value && self.kind == b"asset" && plain {
@@ -413,6 +421,7 @@ impl<'a> Reader<'a> {
                 from += place + 2;
             }
         }
+        Ok(())
     }
 
     fn place(&mut self) -> Result<(), String> {

@@ -26,6 +26,17 @@ fn strings_paths_and_comments_stay_as_they_are() {
     }
 }
 
+/// Such names are looked for as variants without an end.
+#[test]
+fn names_with_brackets_are_refused() {
+    for text in ["def \"a}b\" {\n}", "variantSet \"a{\" = {\n}"] {
+        let told = readable(text.as_bytes()).unwrap_err();
+        assert_eq!(told, "line 1: a name has a bracket in it");
+    }
+    let told = "string a = \"{}\"\ndef \"a\" (\n \"{}\"\n) {\n}";
+    assert_eq!(read(told), told);
+}
+
 #[test]
 fn old_types_get_their_new_names() {
     assert_eq!(
