@@ -311,15 +311,10 @@ fn spheres(
     budget: &Budget,
     coarse: bool,
 ) -> Result<(), String> {
-    let made = |points: usize| {
-        let (directions, sides) = ball(points);
-        let counts = [directions.len(), sides.len()].map(|n| n.saturating_mul(ends.len()));
-        let made = Surface::new(counts[0], counts[1], mesh, budget)?;
-        Ok::<_, String>((made, directions, sides))
-    };
     // With fewer sides where there are too many in all meshes together.
-    let count = if coarse { MOST_ROUND + 1 } else { ends.len() };
-    let (mut made, directions, sides) = made(count)?;
+    let (directions, sides) = ball(if coarse { MOST_ROUND + 1 } else { ends.len() });
+    let [points, triangles] = [directions.len(), sides.len()].map(|n| n.saturating_mul(ends.len()));
+    let mut made = Surface::new(points, triangles, mesh, budget)?;
     for &[point, _] in ends {
         let at = Vec3::from(mesh.positions[point as usize]);
         let first = made.positions.len() as u32;
@@ -343,12 +338,10 @@ fn tubes(
     budget: &Budget,
     coarse: bool,
 ) -> Result<(), String> {
-    let made = |sides: u32| {
-        let of_one = [2 * sides, 2 * sides + 2 * (sides - 2)];
-        let counts = of_one.map(|n| (n as usize).saturating_mul(ends.len()));
-        Ok::<_, String>((Surface::new(counts[0], counts[1], mesh, budget)?, sides))
-    };
-    let (mut made, sides) = made(SIDES[usize::from(coarse)])?;
+    let sides = SIDES[usize::from(coarse)];
+    let of_one = [2 * sides, 2 * sides + 2 * (sides - 2)];
+    let [points, triangles] = of_one.map(|n| (n as usize).saturating_mul(ends.len()));
+    let mut made = Surface::new(points, triangles, mesh, budget)?;
     for &both in ends {
         let [a, b] = both.map(|end| Vec3::from(mesh.positions[end as usize]));
         let Some(along) = (b - a).try_normalize() else {
