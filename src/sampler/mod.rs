@@ -358,17 +358,36 @@ fn pascal(mut x: u64) -> u64 {
     x ^ ((x >> 32) & 0x0000_0000_ffff_ffff)
 }
 
+/// The numbers mₖ of a coordinate of Sobol's sequence, by its primitive polynomial and the first of them. Bit i - 1 of `terms` is the
+/// coefficient of the power that is i below the highest (Joe and Kuo, *Constructing Sobol sequences with better
+/// two-dimensional projections*, 2008, eq. 2).
+const fn numbers(terms: u32, first: &[u64]) -> [u64; 64] {
+    let degree = first.len();
+    let mut m = [0u64; 64];
+    let mut k = 0;
+    while k < 64 {
+        if k < degree {
+            m[k] = first[k];
+        } else {
+            m[k] = m[k - degree];
+            let mut i = 1;
+            while i <= degree {
+                if terms >> (i - 1) & 1 == 1 {
+                    m[k] ^= m[k - i] << i;
+                }
+                i += 1;
+            }
+        }
+        k += 1;
+    }
+    m
+}
+
 /// What each byte of an index adds to the third coordinate of Sobol's sequence, most significant
 /// digit in the lowest bit: primitive polynomial x² + x + 1 with m₁ = 1, m₂ = 3 (Joe and Kuo,
 /// *Constructing Sobol sequences with better two-dimensional projections*, 2008, eq. 2 and table).
 static THIRD: [[u32; 256]; 8] = {
-    let mut m = [0u64; 64];
-    (m[0], m[1]) = (1, 3);
-    let mut k = 2;
-    while k < 64 {
-        m[k] = (m[k - 1] << 1) ^ (m[k - 2] << 2) ^ m[k - 2];
-        k += 1;
-    }
+    let m = numbers(0b11, &[1, 3]);
     let mut table = [[0; 256]; 8];
     let mut entry = 0;
     while entry < 8 * 256 {
@@ -399,14 +418,10 @@ fn third(index: u64) -> u32 {
 /// Which digits of an index add to the first digit of the fourth coordinate of Sobol's sequence: primitive polynomial x³ + x + 1
 /// with m₁ = 1, m₂ = 3, m₃ = 1 (Joe and Kuo, as for [`THIRD`]).
 const FOURTH: u32 = {
-    let mut m = [0u64; 32];
-    (m[0], m[1], m[2]) = (1, 3, 1);
+    let m = numbers(0b110, &[1, 3, 1]);
     let mut digits = 0;
     let mut k = 0;
     while k < 32 {
-        if k >= 3 {
-            m[k] = (m[k - 2] << 2) ^ (m[k - 3] << 3) ^ m[k - 3];
-        }
         digits |= ((m[k] >> k & 1) as u32) << k;
         k += 1;
     }

@@ -215,9 +215,7 @@ impl Diagnostic {
             self.objects.push(object);
         }
     }
-}
 
-impl Diagnostic {
     /// The message behind the word that its verdict is introduced by: what is left out need not be said to be so again.
     pub fn introduced(&self) -> String {
         let text = self.to_string();

@@ -362,7 +362,7 @@ def multiplies(image):
 def is_associated(image):
     """Whether the file holds colours multiplied with alpha, as OpenEXR does."""
     start = start_of(image)
-    floats = kind_of(start) == ".exr" if start else holds_floats(image)
+    floats = kind_of(start) == ".exr" if start else image.is_float
     return floats and multiplies(image)
 
 
@@ -376,7 +376,7 @@ def linear_pixels(image, multiplied=False, step=1):
     if step > 1:
         values = values[step // 2 :: step, step // 2 :: step].copy()
     alpha = values[..., 3:]
-    if holds_floats(image):
+    if image.is_float:
         if not multiplied and image.alpha_mode not in {"NONE", "CHANNEL_PACKED"}:
             numpy.divide(values[..., :3], alpha, out=values[..., :3], where=(alpha > 0) & (alpha < 1))
     elif multiplied:
@@ -384,7 +384,7 @@ def linear_pixels(image, multiplied=False, step=1):
         values[..., :3] = numpy.floor(values[..., :3] * alpha * 255 + 1e-3) / 255
     # The pixels of images of floats are in the working space already, or data.
     space = image.colorspace_settings.name
-    if not holds_floats(image) and space not in DATA_SPACES:
+    if not image.is_float and space not in DATA_SPACES:
         if space not in LINEAR_SPACES | colorspace.LINEAR:
             values[..., :3] = decode_srgb(values[..., :3])
         values[..., :3] = colorspace.convert(values[..., :3], _linear_space(space))

@@ -58,11 +58,11 @@ impl Stroke {
     /// What its surface takes of memory with all of its sides.
     fn bytes(&self, mesh: &Mesh) -> u64 {
         let count = self.ends.len();
-        let (vertices, triangles) = match count {
-            _ if !self.is_points => (2 * SIDES[0] as usize, 4 * SIDES[0] as usize - 4),
-            _ if count > MOST_ROUND => (6, 8),
-            1001.. => (12, 20),
-            _ => (42, 80),
+        let [vertices, triangles] = if self.is_points {
+            let (directions, sides) = ball(count);
+            [directions.len(), sides.len()]
+        } else {
+            of_tube(SIDES[0])
         };
         let each = vertices * vertex_bytes(mesh) + triangles * 12;
         (each as u64).saturating_mul(count as u64)
@@ -331,6 +331,11 @@ fn spheres(
 /// Closed tubes with as many sides, and with fewer where there are too many of them.
 const SIDES: [u32; 2] = [8, 3];
 
+/// Vertices and triangles of a tube.
+fn of_tube(sides: u32) -> [usize; 2] {
+    [2 * sides, 2 * sides + 2 * (sides - 2)].map(|n| n as usize)
+}
+
 fn tubes(
     mesh: &mut Mesh,
     ends: &[[u32; 2]],
@@ -339,8 +344,7 @@ fn tubes(
     coarse: bool,
 ) -> Result<(), String> {
     let sides = SIDES[usize::from(coarse)];
-    let of_one = [2 * sides, 2 * sides + 2 * (sides - 2)];
-    let [points, triangles] = of_one.map(|n| (n as usize).saturating_mul(ends.len()));
+    let [points, triangles] = of_tube(sides).map(|n| n.saturating_mul(ends.len()));
     let mut made = Surface::new(points, triangles, mesh, budget)?;
     for &both in ends {
         let [a, b] = both.map(|end| Vec3::from(mesh.positions[end as usize]));

@@ -39,6 +39,12 @@ pub(super) fn is_word(byte: u8) -> bool {
     byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b':') || byte >= 0x80
 }
 
+/// The end of a word, or of what takes its place.
+pub(super) fn word_end(text: &[u8], start: usize) -> usize {
+    let length = text[start..].iter().position(|b| !is_word(*b));
+    length.map_or(text.len(), |length| start + length)
+}
+
 /// The end of a number.
 pub(super) fn number_end(text: &[u8], start: usize) -> usize {
     let mut at = start;

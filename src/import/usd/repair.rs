@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use openusd::usda::parser::Parser;
 
-use super::lexis::{is_word, line, opaque_end, shown, statement};
+use super::lexis::{is_word, line, opaque_end, shown, statement, word_end};
 use super::text::LeftOut;
 
 /// Statements that are left out of a layer, at most.
@@ -116,8 +116,7 @@ fn enclosing(text: &[u8], place: usize) -> Option<(usize, usize)> {
                 open.pop();
             }
             b if is_word(b) => {
-                let length = text[at..].iter().position(|b| !is_word(*b));
-                let stop = length.map_or(text.len(), |length| at + length);
+                let stop = word_end(text, at);
                 let word = &text[at..stop];
                 let prim = matches!(word, b"def" | b"over" | b"class" | b"variantSet");
                 let inner = open.last_mut().filter(|o| o.statements && at >= o.until);

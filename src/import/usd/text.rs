@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use super::lexis::{
     asset_end, closed, is_word, line, marks, number_end, opaque_end, quoted, shown, skip_white,
-    statement,
+    statement, word_end,
 };
 
 /// Types of before USD 0.8, and those without a meaning here.
@@ -514,8 +514,7 @@ impl<'a> Reader<'a> {
 
     fn word(&mut self) {
         let (text, start) = (self.text, self.at);
-        let length = text[start..].iter().position(|b| !is_word(*b));
-        let end = length.map_or(text.len(), |length| start + length);
+        let end = word_end(text, start);
         self.at = end;
         let (found, before) = (&text[start..end], self.word);
         let next = skip_white(text, end, false);
@@ -609,8 +608,7 @@ impl<'a> Reader<'a> {
         }
         let edits = is_one_of(found, &["add", "append", "prepend", "delete", "reorder"]);
         if edits && text.get(next).is_some_and(|b| is_word(*b)) {
-            let length = text[next..].iter().position(|b| !is_word(*b));
-            let name = &text[next..length.map_or(text.len(), |length| next + length)];
+            let name = &text[next..word_end(text, next)];
             if !is_one_of(name, &LISTED) {
                 self.replace(start, end, b"");
             }
@@ -636,8 +634,7 @@ impl<'a> Reader<'a> {
             return;
         }
         if found == b"active" {
-            let length = text[value..].iter().position(|b| !is_word(*b));
-            let stop = length.map_or(text.len(), |length| value + length);
+            let stop = word_end(text, value);
             let new: &[u8] = match &text[value..stop] {
                 b"1" | b"True" | b"TRUE" => b"true",
                 b"0" | b"False" | b"FALSE" => b"false",
@@ -662,8 +659,7 @@ fn strange_names(text: &[u8]) -> BTreeSet<&[u8]> {
             at = end;
             continue;
         }
-        let length = text[at..].iter().position(|b| !is_word(*b));
-        let end = length.map_or(text.len(), |length| at + length.max(1));
+        let end = word_end(text, at).max(at + 1);
         let word = &text[at..end];
         if !word.is_ascii() {
             names.insert(word);

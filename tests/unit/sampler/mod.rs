@@ -426,3 +426,10 @@ fn numbers_about_two_things_are_independent_and_each_is_even() {
     let z = (f64::from(both) - p * f64::from(all)) / (p * (1.0 - p) * f64::from(all)).sqrt();
     assert!(z.abs() < 4.0, "{z}");
 }
+
+/// The numbers of the third coordinate by its recurrence, mₖ = 2 mₖ₋₁ ⊕ 4 mₖ₋₂ ⊕ mₖ₋₂, and the first digits of the fourth.
+#[test]
+fn coordinates_have_their_numbers() {
+    assert_eq!(numbers(0b11, &[1, 3])[..8], [1, 3, 3, 9, 29, 23, 71, 197]);
+    assert_eq!(FOURTH, 0x3a74_e9d3);
+}
