@@ -12,7 +12,7 @@ pub use aovs::{VECTOR_SUMS, add_aovs};
 pub use center::{Center, center, meet};
 pub use path::{Path, behind, trace, trace_with_passes};
 pub use record::{End, Fault, Lit, Record, Recorder, Scattered, Scattering, Step, first_fault};
-pub use settings::PathSettings;
+pub use settings::{Branches, PathSettings};
 
 pub use crate::shading::bsdf::MOST_LOBES;
 

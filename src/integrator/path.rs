@@ -404,7 +404,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             }
             let leave = |path: &mut Walk<'_, '_, E, A>| path.leave(met, &bsdf, receiver);
             if E::EVERYTHING && self.is_to_branch() {
-                self.branch(leave);
+                self.branch(self.settings.branches.at_surface, leave);
                 break;
             }
             if !leave(self) {

@@ -40,12 +40,37 @@ pub struct PathSettings {
     pub naive_offsets: bool,
     /// Light samples at the surface that the camera sees; their mean counts. At all others it is one.
     pub light_samples: u32,
-    /// Paths that go on from the first vertex, for one ray of the camera. More than one: in the general kernel alone.
-    pub branches: u32,
+    /// Paths that go on from the first vertex, for one ray of the camera.
+    pub branches: Branches,
     /// Most scatterings by media.
     pub volume_limit: u32,
     /// The first bounce that Russian roulette may be played at; `u32::MAX` for none.
     pub roulette: u32,
+}
+
+/// So many paths go on from the first vertex and share what came before it. Several: in the general kernel alone.
+#[derive(Clone, Copy, Debug)]
+pub struct Branches {
+    /// From a surface.
+    pub at_surface: u32,
+    /// From where a medium scatters.
+    pub in_medium: u32,
+}
+
+impl Branches {
+    /// The same everywhere.
+    pub const fn all(count: u32) -> Self {
+        Self {
+            at_surface: count,
+            in_medium: count,
+        }
+    }
+
+    /// Whether it is more than one anywhere.
+    #[inline(always)]
+    pub fn are_several(&self) -> bool {
+        self.at_surface.max(self.in_medium) > 1
+    }
 }
 
 impl PathSettings {

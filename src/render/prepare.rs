@@ -11,7 +11,7 @@ use crate::effects::{self, Effect, EffectReport};
 use crate::film::Pass;
 use crate::film::filter::FilterTable;
 use crate::film::light_passes::Asked;
-use crate::integrator::{self, Kernels, PathSettings};
+use crate::integrator::{self, Branches, Kernels, PathSettings};
 use crate::sampler::Sequence;
 use crate::scene::coincident::Coincident;
 use crate::scene::{Camera, Diagnostics, Material, Scene};
@@ -247,15 +247,12 @@ impl Prepared {
     }
 
     /// How many paths go on from the first vertex.
-    fn branches(&self, settings: &RenderSettings) -> u32 {
-        let suited = || {
-            if self.world.has_even_fog() {
-                FOG_BRANCHES
-            } else {
-                1
-            }
-        };
-        settings.branches.unwrap_or_else(suited)
+    fn branches(&self, settings: &RenderSettings) -> Branches {
+        match settings.branches {
+            Some(count) => Branches::all(count),
+            None if self.world.has_even_fog() => FOG_BRANCHES,
+            None => Branches::all(1),
+        }
     }
 
     /// What the threads share, after what was done before.
@@ -343,9 +340,12 @@ fn beyond(called_for: EnumSet<Effect>, wanted: EnumSet<Effect>) -> Vec<String> {
     effects::names(called_for - wanted - effects::STRUCTURE)
 }
 
-/// Paths that go on from the first vertex in even fog, where light comes from all around. Two take 1.6 to 1.8 times as long as one,
-/// for half the variance; four pay little better, and media that vary do not gain (docs/notes/cost-of-accuracy.md).
-const FOG_BRANCHES: u32 = 2;
+/// Paths that go on from the first vertex where there is even fog: light comes to it from all around. So many have the least variance
+/// for their time, but for a few per cent; media that vary do not gain (docs/notes/cost-of-accuracy.md).
+const FOG_BRANCHES: Branches = Branches {
+    at_surface: 2,
+    in_medium: 4,
+};
 
 /// The kernel for the effects that are wanted, and the effects that it has.
 fn kernel(
@@ -398,7 +398,7 @@ fn kernels(
     }
 }
 
-fn path_settings(settings: &RenderSettings, branches: u32) -> PathSettings {
+fn path_settings(settings: &RenderSettings, branches: Branches) -> PathSettings {
     let limit = |clamp: f32| if clamp > 0.0 { clamp } else { f32::INFINITY };
     let most = |limit: Option<u32>| limit.unwrap_or(u32::MAX);
     let limits = settings.bounce_limits;

@@ -191,7 +191,7 @@ impl Sampler {
     pub fn pair(&self, dimension: Dimension, bounce: u32) -> Vec2 {
         let key = self.sequence_key(dimension, bounce);
         let shuffled = self.shuffled(key);
-        coordinates(key, [shuffled as u32, pascal(shuffled) as u32, 0])
+        coordinates(key, [shuffled as u32, pascal(shuffled) as u32, 0, 0])
             .truncate()
             .truncate()
     }
@@ -201,8 +201,27 @@ impl Sampler {
     pub fn triple(&self, dimension: Dimension, bounce: u32) -> Vec3 {
         let key = self.sequence_key(dimension, bounce);
         let shuffled = self.shuffled(key);
-        let digits = [shuffled as u32, pascal(shuffled) as u32, third(shuffled)];
+        let digits = [
+            shuffled as u32,
+            pascal(shuffled) as u32,
+            multiplied(&THIRD, shuffled),
+            0,
+        ];
         coordinates(key, digits).truncate()
+    }
+
+    /// Four numbers in [0, 1): those of [`triple`](Self::triple), and a fifth coordinate of the same sequence: its fourth tells
+    /// halves ([`is_in_half`](Self::is_in_half)).
+    pub fn quadruple(&self, dimension: Dimension, bounce: u32) -> Vec4 {
+        let key = self.sequence_key(dimension, bounce);
+        let shuffled = self.shuffled(key);
+        let digits = [
+            shuffled as u32,
+            pascal(shuffled) as u32,
+            multiplied(&THIRD, shuffled),
+            multiplied(&FIFTH, shuffled),
+        ];
+        coordinates(key, digits)
     }
 
     /// As [`triple`](Self::triple), for a choice at a surface behind so many others that the path has passed since its last bounce:
@@ -278,14 +297,14 @@ impl Sampler {
     /// One number in [0, 1).
     pub fn single(&self, dimension: Dimension, bounce: u32) -> f32 {
         let key = self.sequence_key(dimension, bounce);
-        coordinates(key, [self.shuffled(key) as u32, 0, 0]).x
+        coordinates(key, [self.shuffled(key) as u32, 0, 0, 0]).x
     }
 
     /// A number in [0, 1) for a decision about something, which is told apart by two words: each has a sequence of its own, so
     /// that a pixel's samples spread their decisions about the same thing evenly.
     pub fn about(&self, dimension: Dimension, bounce: u32, (a, b): (u32, u32)) -> f32 {
         let key = joined(self.sequence_key(dimension, bounce), a, b);
-        coordinates(key, [self.shuffled(key) as u32, 0, 0]).x
+        coordinates(key, [self.shuffled(key) as u32, 0, 0, 0]).x
     }
 
     /// A key for decisions that a path takes an unknown number of times between two bounces, and that no two samples share:
@@ -319,10 +338,10 @@ fn unit(x: u32) -> f32 {
 
 /// A point's coordinates, of the digits in reverse order that Sobol's matrices give: each scrambled for itself.
 #[inline(always)]
-fn coordinates(key: u32, [x, y, z]: [u32; 3]) -> Vec4 {
-    let keys = [key ^ 0x5851_f42d, key ^ 0x1405_7b7e, key ^ 0x3c6e_f372, 0];
+fn coordinates(key: u32, digits: [u32; 4]) -> Vec4 {
+    let keys = [0x5851_f42d, 0x1405_7b7e, 0x3c6e_f372, 0x2545_f491].map(|way| key ^ way);
     let seeds = lanes::mix32(lanes::Words::new(keys));
-    lanes::units(lanes::owen_32(lanes::Words::new([x, y, z, 0]), seeds))
+    lanes::units(lanes::owen_32(lanes::Words::new(digits), seeds))
 }
 
 /// A bijective integer hash with full avalanche (the two-round multiply-xorshift construction,
@@ -383,11 +402,16 @@ const fn numbers(terms: u32, first: &[u64]) -> [u64; 64] {
     m
 }
 
-/// What each byte of an index adds to the third coordinate of Sobol's sequence, most significant
-/// digit in the lowest bit: primitive polynomial x² + x + 1 with m₁ = 1, m₂ = 3 (Joe and Kuo,
-/// *Constructing Sobol sequences with better two-dimensional projections*, 2008, eq. 2 and table).
-static THIRD: [[u32; 256]; 8] = {
-    let m = numbers(0b11, &[1, 3]);
+/// What each byte of an index adds to a coordinate of Sobol's sequence, most significant digit in the lowest bit.
+type Matrix = [[u32; 256]; 8];
+
+/// The third coordinate: primitive polynomial x² + x + 1 with m₁ = 1, m₂ = 3 (Joe and Kuo, eq. 2 and table).
+static THIRD: Matrix = matrix(&numbers(0b11, &[1, 3]));
+
+/// The fifth: x³ + x² + 1 with 1, 1, 1.
+static FIFTH: Matrix = matrix(&numbers(0b101, &[1, 1, 1]));
+
+const fn matrix(m: &[u64; 64]) -> Matrix {
     let mut table = [[0; 256]; 8];
     let mut entry = 0;
     while entry < 8 * 256 {
@@ -404,14 +428,14 @@ static THIRD: [[u32; 256]; 8] = {
         entry += 1;
     }
     table
-};
+}
 
-/// The third generator matrix of Sobol's sequence applied to the digits of an index.
-fn third(index: u64) -> u32 {
+/// A generator matrix of Sobol's sequence applied to the digits of an index.
+fn multiplied(matrix: &Matrix, index: u64) -> u32 {
     index
         .to_le_bytes()
         .iter()
-        .zip(&THIRD)
+        .zip(matrix)
         .fold(0, |sum, (&byte, table)| sum ^ table[byte as usize])
 }
 

@@ -307,10 +307,11 @@ fn single_scattering_of_a_point_lamp() {
             bounces: 0,
             ..small(64, 0)
         };
-        let (found, variance) = estimate(&scene, &settings, 0..8);
-        // Of Student's distribution with 7 degrees of freedom: exceeded by chance once in 1000 times.
+        // Few seeds do not tell the variance: even samples err by much the same, to one side or the other.
+        let (found, variance) = estimate(&scene, &settings, 0..32);
+        // Of Student's distribution with 31 degrees of freedom: exceeded by chance once in 1000 times.
         assert!(
-            (found - expected).abs() < 5.4 * variance.sqrt() + 1e-4 * expected,
+            (found - expected).abs() < 3.64 * variance.sqrt() + 1e-4 * expected,
             "{beside} {ahead}: {found} ± {}, {expected}",
             variance.sqrt()
         );

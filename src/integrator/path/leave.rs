@@ -102,7 +102,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     pub(super) fn is_to_branch(&self) -> bool {
         // Behind a portal is the first surface of a path.
         self.bounce == 0
-            && self.settings.branches > 1
+            && self.settings.branches.are_several()
             && self.light.branches == 1
             // What is seen through glass is one sample's affair.
             && self.settings.clear_alpha < 0.0
@@ -112,8 +112,11 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     /// Goes on several times by numbers of their own, and to their ends: what each finds counts by its share.
     #[cold]
     #[inline(never)]
-    pub(super) fn branch(&mut self, mut leave: impl FnMut(&mut Walk<'_, '_, E, A>) -> bool) {
-        let branches = self.settings.branches;
+    pub(super) fn branch(
+        &mut self,
+        branches: u32,
+        mut leave: impl FnMut(&mut Walk<'_, '_, E, A>) -> bool,
+    ) {
         for number in 0..branches {
             let sampler = self.sampler.part(number, branches);
             let mut beside = self.beside.clone();

@@ -16,9 +16,6 @@ const FLIGHT: u32 = 0x_f119_47ed;
 /// Tells the numbers of light that a ray meets from those of its flight.
 const FOUND: u32 = 0x_0f0d_2b97;
 
-/// The golden ratio's fraction: numbers so far apart fill each other's gaps.
-const GOLDEN: f32 = 0.618_034;
-
 /// What the last ray of a path is worth that a medium has scattered, where all lights are sampled: only what of their light the phase
 /// function finds is left for it.
 const LAST_WORTH: f32 = 0.25;
@@ -74,8 +71,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             self.light.add_found(self.settings, found, self.bounce);
         }
         let flight = if scatters {
-            // Another one of the same stratum: the place and the way on are chosen by themselves.
-            self.add_light_on_the_way(length, (u + GOLDEN).fract());
+            self.add_light_on_the_way(length);
             let worth = if is_end {
                 f32::INFINITY
             } else {
@@ -184,13 +180,15 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
 
     /// Adds light of a sampled light that a medium scatters somewhere on a way of a length, wherever the path itself goes on. Where is
     /// drawn by the angles at which a light sees the way, or by what scatters there; a place counts by the density of both together.
-    fn add_light_on_the_way(&mut self, length: f32, u: f32) {
+    fn add_light_on_the_way(&mut self, length: f32) {
         let (world, bounce) = (self.world, self.bounce);
         let medium = &self.beside.within.medium;
         if world.lights.is_empty() {
             return;
         }
-        let numbers = self.sampler.triple(Dimension::Light, bounce);
+        // Of one sequence: the places of the samples that look for one light are spread evenly, and so are the points on it.
+        let numbers = self.sampler.quadruple(Dimension::Light, bounce);
+        let (numbers, u) = (numbers.truncate(), numbers.w);
         let start = self.span.0 - self.beside.skipped;
         // What the path sees of the way.
         let seen = length.min(medium.extinction.max_element().recip());
@@ -295,7 +293,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         let leave =
             |path: &mut Walk<'_, '_, E, A>| path.leave_in_medium((point, distance), there.as_ref());
         if self.is_to_branch() {
-            self.branch(leave);
+            self.branch(self.settings.branches.in_medium, leave);
             return false;
         }
         leave(self)

@@ -427,9 +427,46 @@ fn numbers_about_two_things_are_independent_and_each_is_even() {
     assert!(z.abs() < 4.0, "{z}");
 }
 
-/// The numbers of the third coordinate by its recurrence, mₖ = 2 mₖ₋₁ ⊕ 4 mₖ₋₂ ⊕ mₖ₋₂, and the first digits of the fourth.
+/// A quadruple is a triple and a fourth number, which makes nets of quality 2 with the first and with the second number: the degrees of
+/// their polynomials, less one each, add up to it (Niederreiter, 1988). Each half of the samples has as many of its intervals.
+#[test]
+fn fourth_numbers_are_spread_with_the_places_on_a_light() {
+    for (k, planned) in [(6u32, None), (8, Some(256))] {
+        let sequence = Sequence::of(k, Sequences::One { planned });
+        let samplers: Vec<_> = (0..1 << k).map(|s| sequence.sampler(9, 31, s)).collect();
+        let points = samplers.iter().map(|s| s.quadruple(Dimension::Light, 0));
+        let points: Vec<Vec4> = points.collect();
+        for (s, p) in samplers.iter().zip(&points) {
+            assert_eq!(s.triple(Dimension::Light, 0), p.truncate());
+        }
+        for axis in [0, 1] {
+            for a in 0..=k - 2 {
+                let (columns, rows) = (1u32 << a, 1u32 << (k - 2 - a));
+                let mut counts = vec![0; 1 << (k - 2)];
+                for p in &points {
+                    let (x, y) = (p.w * columns as f32, p[axis] * rows as f32);
+                    counts[x as usize + columns as usize * y as usize] += 1;
+                }
+                assert!(counts.iter().all(|&of| of == 4), "k {k} axis {axis} a {a}");
+            }
+        }
+        let mut halves = vec![[0; 2]; 1 << (k - 5)];
+        for (s, p) in samplers.iter().zip(&points) {
+            let interval = (p.w * halves.len() as f32) as usize;
+            halves[interval][usize::from(s.is_in_half())] += 1;
+        }
+        assert!(halves.iter().all(|&of| of == [16, 16]), "k {k}: {halves:?}");
+    }
+}
+
+/// The numbers of the third coordinate by its recurrence, mₖ = 2 mₖ₋₁ ⊕ 4 mₖ₋₂ ⊕ mₖ₋₂, of the fifth by its, mₖ = 2 mₖ₋₁ ⊕ 8 mₖ₋₃ ⊕
+/// mₖ₋₃, and the first digits of the fourth.
 #[test]
 fn coordinates_have_their_numbers() {
     assert_eq!(numbers(0b11, &[1, 3])[..8], [1, 3, 3, 9, 29, 23, 71, 197]);
+    assert_eq!(
+        numbers(0b101, &[1, 1, 1])[..8],
+        [1, 1, 1, 11, 31, 55, 61, 157]
+    );
     assert_eq!(FOURTH, 0x3a74_e9d3);
 }
