@@ -332,10 +332,71 @@ impl March<'_> {
 /// bound from there on. Else what is thick for blue light alone takes a collision a free path of blue light, on the whole way.
 const MOST_COLLISIONS: u32 = 4096;
 
+/// Bounds that hold up to a distance along a ray.
+trait Bounds {
+    /// Their sum.
+    fn majorant(&self) -> f32;
+    /// How far all of them hold.
+    fn end(&self) -> f32;
+    /// Those that hold to there go on.
+    fn advance_from(&mut self, end: f32);
+}
+
+impl Bounds for March<'_> {
+    #[inline(always)]
+    fn majorant(&self) -> f32 {
+        self.majorant
+    }
+
+    #[inline(always)]
+    fn end(&self) -> f32 {
+        self.end
+    }
+
+    #[inline(always)]
+    fn advance_from(&mut self, _: f32) {
+        self.advance();
+    }
+}
+
+impl Bounds for [March<'_>] {
+    fn majorant(&self) -> f32 {
+        self.iter().map(|march| march.majorant).sum()
+    }
+
+    fn end(&self) -> f32 {
+        self.iter()
+            .map(|march| march.end)
+            .fold(f32::INFINITY, f32::min)
+    }
+
+    fn advance_from(&mut self, end: f32) {
+        for march in self.iter_mut().filter(|march| march.end <= end) {
+            march.advance();
+        }
+    }
+}
+
 /// Calls for each collision with the sum of some bounds between two distances, until one gives something. An event tells, too, whether
 /// something there exceeds the bound that it was called with: a lowered bound holds in the mean alone, and is raised again.
+#[inline(always)]
 fn collide<T>(
     marches: &mut [March<'_>],
+    even: f32,
+    span: (f32, f32),
+    draw: impl FnMut() -> f32,
+    event: impl FnMut(f32, f32) -> (Option<T>, bool),
+) -> Option<T> {
+    // Most often there is one: from cell to cell it needs no loops over all of them.
+    match marches {
+        [one] => collide_below(one, even, span, draw, event),
+        _ => collide_below(marches, even, span, draw, event),
+    }
+}
+
+/// [`collide`] for one kind of bounds.
+fn collide_below<T, B: Bounds + ?Sized>(
+    bounds: &mut B,
     even: f32,
     (from, to): (f32, f32),
     mut draw: impl FnMut() -> f32,
@@ -345,11 +406,11 @@ fn collide<T>(
     // In f64: free paths may be below the rounding of an f32.
     let (mut t, mut left) = (f64::from(from), depth());
     loop {
-        let mut majorant = marches.iter().map(|m| m.majorant).sum::<f32>() + even;
+        let mut majorant = bounds.majorant() + even;
         let whole = majorant;
         let mut collisions = 0;
-        let ends = marches.iter().map(|m| m.end).fold(f32::INFINITY, f32::min);
-        let end = ends.min(to);
+        let bounded = bounds.end();
+        let end = bounded.min(to);
         let ahead = |t: f64, majorant: f32| f64::from(majorant) * (f64::from(end) - t);
         // All collisions below these bounds.
         while majorant > 0.0 && ahead(t, majorant) > f64::from(left) {
@@ -373,9 +434,7 @@ fn collide<T>(
         if end >= to || end == f32::INFINITY {
             return None;
         }
-        for march in marches.iter_mut().filter(|march| march.end <= end) {
-            march.advance();
-        }
+        bounds.advance_from(end);
     }
 }
 
