@@ -19,7 +19,7 @@ use std::time::Instant;
 use sundog::effects::{self, ALL, Effect, EffectReport};
 use sundog::film::filter::FilterTable;
 use sundog::import::{self, ImportOptions};
-use sundog::integrator::{Kernel, PathSettings};
+use sundog::integrator::{Branches, Kernel, PathSettings};
 use sundog::sampler::{Dimension, Sequence};
 use sundog::scene::Scene;
 use sundog::world::{Ablation, Options, World};
@@ -89,7 +89,7 @@ const PATHS: PathSettings = PathSettings {
     uniform: false,
     naive_offsets: false,
     light_samples: 1,
-    branches: 1,
+    branches: Branches::all(1),
     roulette: 2,
 };
 
