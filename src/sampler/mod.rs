@@ -199,27 +199,25 @@ impl Sampler {
     /// Three numbers in [0, 1): those of [`pair`](Self::pair), and a third of the same sequence. The
     /// three together are a (1,3)-sequence.
     pub fn triple(&self, dimension: Dimension, bounce: u32) -> Vec3 {
-        let key = self.sequence_key(dimension, bounce);
-        let shuffled = self.shuffled(key);
-        let digits = [
-            shuffled as u32,
-            pascal(shuffled) as u32,
-            multiplied(&THIRD, shuffled),
-            0,
-        ];
-        coordinates(key, digits).truncate()
+        self.point(dimension, bounce, |_| 0).truncate()
     }
 
     /// Four numbers in [0, 1): those of [`triple`](Self::triple), and a fifth coordinate of the same sequence: its fourth tells
     /// halves ([`is_in_half`](Self::is_in_half)).
     pub fn quadruple(&self, dimension: Dimension, bounce: u32) -> Vec4 {
+        self.point(dimension, bounce, |index| multiplied(&FIFTH, index))
+    }
+
+    /// The first three coordinates of a point, and the one of which an index' digits are given.
+    #[inline(always)]
+    fn point(&self, dimension: Dimension, bounce: u32, last: impl Fn(u64) -> u32) -> Vec4 {
         let key = self.sequence_key(dimension, bounce);
         let shuffled = self.shuffled(key);
         let digits = [
             shuffled as u32,
             pascal(shuffled) as u32,
             multiplied(&THIRD, shuffled),
-            multiplied(&FIFTH, shuffled),
+            last(shuffled),
         ];
         coordinates(key, digits)
     }
