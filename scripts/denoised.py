@@ -274,6 +274,14 @@ def tables(found, left_out, given):
     return "\n".join(lines)
 
 
+def tell(text, out):
+    """Prints a table, and writes it to a file if one is named."""
+    if out:
+        with open(out, "w", encoding="utf-8") as file:
+            file.write(text)
+    print(text)
+
+
 def title_of(name):
     """A file's name without its folder."""
     return os.path.splitext(os.path.basename(name))[0]
@@ -297,11 +305,7 @@ def main():
         print(name, json.dumps(found.get(name) or left_out[name]), file=sys.stderr, flush=True)
     if not found:
         sys.exit("no file was measured: " + "; ".join(f"{title_of(name)} ({why})" for name, why in left_out.items()))
-    text = tables(found, left_out, given)
-    if given.out:
-        with open(given.out, "w", encoding="utf-8") as file:
-            file.write(text)
-    print(text)
+    tell(tables(found, left_out, given), given.out)
 
 
 if __name__ == "__main__":

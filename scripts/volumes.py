@@ -23,7 +23,8 @@ sys.path[:0] = [os.path.join(ROOT, place) for place in ("scripts", "blender_addo
 import bpy  # noqa: E402
 import export_kit as kit  # noqa: E402
 import numpy  # noqa: E402
-from denoised import ENGINES, conditions, geometric, processor_seconds  # noqa: E402
+from denoised import ENGINES, conditions, geometric, processor_seconds, tell  # noqa: E402
+from sundog.compare.settings import linear_exr  # noqa: E402
 
 LAMPS = {"area": ("AREA", (2, -1, 4), 300), "point": ("POINT", (-2, -2, 2), 100)}
 
@@ -118,10 +119,7 @@ def set_up(scene, pixels):
     cycles.device = "CPU"
     cycles.use_adaptive_sampling = cycles.use_denoising = False
     kit.unbiased(cycles)
-    image = render.image_settings
-    if hasattr(image, "media_type"):
-        image.media_type = "IMAGE"
-    image.file_format, image.color_mode, image.color_depth = "OPEN_EXR", "RGB", "32"
+    linear_exr(render.image_settings)
 
 
 def rendered(scene, engine, samples, seed, path):
@@ -180,7 +178,7 @@ def main():
     for name, build in SCENES.items():
         if given.scenes and not any(name.startswith(wanted) for wanted in given.scenes):
             continue
-        ours, theirs = (measure_of for measure_of in measure(build, given).values())
+        ours, theirs = measure(build, given).values()
         time, error, trimmed, mean = (mine / other for mine, other in zip(ours, theirs))
         products.append(time * error)
         lines.append(f"| {name} | {time:.2f} | {error:.2f} | {time * error:.2f} | {time * trimmed:.2f} | {mean:.4f} |")
@@ -188,11 +186,7 @@ def main():
     if not products:
         sys.exit("no scene has such a name")
     lines.append(f"| geometric mean | | | {geometric(products):.2f} | | |")
-    text = "\n".join([*lines, ""])
-    if given.out:
-        with open(given.out, "w", encoding="utf-8") as file:
-            file.write(text)
-    print(text)
+    tell("\n".join([*lines, ""]), given.out)
 
 
 if __name__ == "__main__":

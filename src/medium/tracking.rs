@@ -409,8 +409,7 @@ fn collide_below<T, B: Bounds + ?Sized>(
         let mut majorant = bounds.majorant() + even;
         let whole = majorant;
         let mut collisions = 0;
-        let bounded = bounds.end();
-        let end = bounded.min(to);
+        let end = bounds.end().min(to);
         let ahead = |t: f64, majorant: f32| f64::from(majorant) * (f64::from(end) - t);
         // All collisions below these bounds.
         while majorant > 0.0 && ahead(t, majorant) > f64::from(left) {
