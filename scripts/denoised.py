@@ -171,7 +171,8 @@ class Bench:
             raise Failed(f"{engine} took more than {seconds:.0f} s ({way})") from error
         if done.returncode != 0 or not os.path.exists(picture):
             raise Failed(f"{engine}, {way}: {(done.stderr or done.stdout).strip()[-300:]}")
-        told = json.loads(done.stdout.strip().splitlines()[-1])
+        # Blender may say something more when it ends.
+        told = json.loads(next(line for line in reversed(done.stdout.splitlines()) if line.startswith("{")))
         with open(place + ".json", "w", encoding="utf-8") as file:
             json.dump(told, file)
         return {**told, "path": picture}

@@ -191,7 +191,8 @@ impl<E: Features> Vertex<'_, E> {
         }
         if has_media && !at_once && share != Vec3::ZERO {
             let key = sampler.key(Dimension::Opacity, self.bounce);
-            share *= self.media_share((start, light.wi), light.target, beyond, key);
+            let ray = (start, light.wi);
+            share *= self.media_share(ray, light.target, beyond, (&sender, key));
         }
         sum.sink.step(|| step(Some(average(share))));
         if self.bounce == 0 {
@@ -249,15 +250,13 @@ impl<E: Features> Vertex<'_, E> {
     #[inline(never)]
     fn media_share(
         &self,
-        (start, direction): (Vec3, Vec3),
+        ray: (Vec3, Vec3),
         target: Option<Vec3>,
         beyond: bool,
-        key: u32,
+        how: (&Sender, u32),
     ) -> Vec3 {
-        let crossed = self.crossed(direction, beyond);
+        let crossed = self.crossed(ray.1, beyond);
         let within = crossed.as_ref().unwrap_or(self.within);
-        let ray = (start, direction);
-        let how = (self.hit.time, key);
         self.world.media_before(within, ray, target, how)
     }
 

@@ -25,7 +25,8 @@ const POINTS: u32 = 2;
 /// A cell without extinction at its points and those of its neighbours has so much of the greatest bound: what lies between the
 /// points is found, too.
 const LEAST_SHARE: f32 = 1.0 / 64.0;
-/// So many events on the way through a box of what emits and takes little: there its emission is asked for.
+/// So many events on the way through a cell are enough for that, however wide the cell is. And so many on the way through a box of
+/// what emits and takes little: there its emission is asked for.
 const EVENTS: f32 = 8.0;
 
 /// Bounds of a medium's extinction in the cells of a box.
@@ -147,17 +148,19 @@ impl Majorants {
             .map(|found| found.extinction)
             .fold(0.0, f32::max);
         let emits = found.iter().any(|found| found.emits);
-        let floor = if emits { rate } else { 0.0 }.max(greatest * LEAST_SHARE);
         let with_neighbours = |number: i32| {
             let own = found[number as usize];
             if own.settled {
                 return own.extinction.max(if own.emits { rate } else { 0.0 });
             }
+            let at = cell(number);
+            let across = (made.plane(at + 1) - made.plane(at)).length();
+            let floor = (greatest * LEAST_SHARE).min(EVENTS / across);
+            let floor = floor.max(if emits { rate } else { 0.0 });
             if own.by_range {
                 return own.extinction.max(floor);
             }
-            let cell = cell(number);
-            let (from, to) = ((cell - 1).max(IVec3::ZERO), (cell + 1).min(count - 1));
+            let (from, to) = ((at - 1).max(IVec3::ZERO), (at + 1).min(count - 1));
             let mut most = floor;
             for z in from.z..=to.z {
                 for y in from.y..=to.y {
@@ -377,15 +380,15 @@ impl Bounds for [March<'_>] {
     }
 }
 
-/// Calls for each collision with the sum of some bounds between two distances, until one gives something. An event tells, too, whether
-/// something there exceeds the bound that it was called with: a lowered bound holds in the mean alone, and is raised again.
+/// Calls for each collision with the sum of some bounds between two distances, until one gives something. An event tells the extinction
+/// there, too: where that exceeds the bound, it is the bound from there on. Weights beyond a bound would grow from collision to collision.
 #[inline(always)]
 fn collide<T>(
     marches: &mut [March<'_>],
     even: f32,
     span: (f32, f32),
     draw: impl FnMut() -> f32,
-    event: impl FnMut(f32, f32) -> (Option<T>, bool),
+    event: impl FnMut(f32, f32) -> (Option<T>, f32),
 ) -> Option<T> {
     // Most often there is one: from cell to cell it needs no loops over all of them.
     match marches {
@@ -400,13 +403,14 @@ fn collide_below<T, B: Bounds + ?Sized>(
     even: f32,
     (from, to): (f32, f32),
     mut draw: impl FnMut() -> f32,
-    mut event: impl FnMut(f32, f32) -> (Option<T>, bool),
+    mut event: impl FnMut(f32, f32) -> (Option<T>, f32),
 ) -> Option<T> {
     let mut depth = || -(-draw()).ln_1p();
+    let mut raised = 1.0f32;
     // In f64: free paths may be below the rounding of an f32.
     let (mut t, mut left) = (f64::from(from), depth());
     loop {
-        let mut majorant = bounds.majorant() + even;
+        let mut majorant = raised * bounds.majorant() + even;
         let whole = majorant;
         let mut collisions = 0;
         let end = bounds.end().min(to);
@@ -414,14 +418,18 @@ fn collide_below<T, B: Bounds + ?Sized>(
         // All collisions below these bounds.
         while majorant > 0.0 && ahead(t, majorant) > f64::from(left) {
             t += f64::from(left) / f64::from(majorant);
-            let (found, exceeds) = event(t as f32, majorant);
+            let (found, met) = event(t as f32, majorant);
             if found.is_some() {
                 return found;
             }
             left = depth();
             collisions += 1;
-            if exceeds {
-                majorant = whole;
+            if met > majorant {
+                // Weights grow from twice the bound on. Where one bound is so wrong, the next ones are, too.
+                if met > 2.0 * whole {
+                    raised *= met / whole;
+                }
+                majorant = whole.max(met);
             } else if collisions % MOST_COLLISIONS == 0 {
                 majorant *= 0.25;
             }
@@ -454,10 +462,11 @@ fn survivor(weight: Vec3, faint: Vec3, draw: impl FnOnce() -> f32) -> Vec3 {
     }
 }
 
-/// Whether a channel that has light meets more than a bound.
+/// The most that a channel meets that has light; 0 where that is not finite, which bounds nothing.
 #[inline]
-fn exceeds(extinction: Vec3, light: Vec3, majorant: f32) -> bool {
-    (extinction.cmpgt(Vec3::splat(majorant)) & light.cmpne(Vec3::ZERO)).any()
+fn met(extinction: Vec3, light: Vec3) -> f32 {
+    let most = Vec3::select(light.cmpne(Vec3::ZERO), extinction, Vec3::ZERO).max_element();
+    if most < f32::INFINITY { most } else { 0.0 }
 }
 
 /// The share of light that comes from one distance to another, by ratio tracking: right in the mean.
@@ -476,10 +485,7 @@ pub fn ratio(
         let extinction = local(t).extinction;
         share *= Vec3::ONE - extinction / majorant;
         share = survivor(share, share, next);
-        (
-            (share == Vec3::ZERO).then_some(()),
-            exceeds(extinction, share, majorant),
-        )
+        ((share == Vec3::ZERO).then_some(()), met(extinction, share))
     });
     share
 }
@@ -513,17 +519,17 @@ pub fn fly(
         );
         if s + n <= 0.0 {
             weight = Vec3::ZERO;
-            return (Some(None), false);
+            return (Some(None), 0.0);
         }
         let share = s / (s + n);
         if share > 0.0 && next() < share {
             weight *= scattered / share;
-            return (Some(Some(t)), false);
+            return (Some(Some(t)), 0.0);
         }
         weight *= null / (1.0 - share);
         weight = survivor(weight, weight, next);
-        let exceeds = exceeds(local.extinction, weight, majorant);
-        ((weight == Vec3::ZERO).then_some(None), exceeds)
+        let met = met(local.extinction, weight);
+        ((weight == Vec3::ZERO).then_some(None), met)
     });
     let flight = match found.flatten() {
         Some(t) => Flight::Scattered(t, weight),

@@ -62,7 +62,7 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
         .cameras
         .retain_mut(|camera| clean_camera(camera, diagnostics));
     clean_environment(scene, images, diagnostics);
-    clean_medium(scene.medium.as_mut(), "world", diagnostics);
+    clean_medium(scene.medium.as_mut(), images, "world", diagnostics);
 }
 
 /// Drops instances that show nothing or cannot be placed.
@@ -644,11 +644,21 @@ fn clean_tangents(mesh: &mut Mesh, diagnostics: &mut Diagnostics) {
 
 fn clean_material(material: &mut Material, images: usize, diagnostics: &mut Diagnostics) {
     clean_graph(&mut material.graph, images, &material.name, diagnostics);
-    clean_medium(material.medium.as_mut(), &material.name, diagnostics);
+    clean_medium(
+        material.medium.as_mut(),
+        images,
+        &material.name,
+        diagnostics,
+    );
     super::nesting::clean(material, diagnostics);
 }
 
-fn clean_medium(mut medium: Option<&mut Medium>, owner: &str, diagnostics: &mut Diagnostics) {
+fn clean_medium(
+    mut medium: Option<&mut Medium>,
+    images: usize,
+    owner: &str,
+    diagnostics: &mut Diagnostics,
+) {
     if medium.as_deref_mut().is_some_and(Medium::clean) {
         diagnostics.report_effect(
             Effect::Media,
@@ -659,9 +669,8 @@ fn clean_medium(mut medium: Option<&mut Medium>, owner: &str, diagnostics: &mut 
             "the nearest legal number is used",
         );
     }
-    // It has no images.
     if let Some(graph) = medium.and_then(|medium| medium.varying.as_mut()) {
-        clean_graph(graph, 0, owner, diagnostics);
+        clean_graph(graph, images, owner, diagnostics);
     }
 }
 

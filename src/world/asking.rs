@@ -5,6 +5,7 @@ use super::strand::LeftStrand;
 use crate::ffi::embree::Hit;
 use crate::sampler::{Sampler, Sequence};
 use crate::scene::RayKind;
+use crate::scene::graph::function::PathDepth;
 use glam::Vec3;
 
 /// The ray that asks.
@@ -131,6 +132,18 @@ impl Past {
         left: None,
     };
 
+    /// How often it was scattered in some way.
+    pub(super) fn depth(&self, depth: PathDepth) -> f32 {
+        let place = match depth {
+            PathDepth::Diffuse => 0,
+            PathDepth::Glossy => 1,
+            PathDepth::Transmission => 2,
+            PathDepth::Transparent => 3,
+            PathDepth::Portal => 4,
+        };
+        f32::from(self.depths[place])
+    }
+
     /// For random numbers; the same for all where nothing is known of the path.
     pub(super) fn numbers(&self) -> (Sampler, u32) {
         let unknown = || (Sequence::new(0).sampler(0, 0, 0), 0);
@@ -153,10 +166,20 @@ impl<'p> Asking<'p> {
     /// A ray with a hit on its way.
     pub fn of(sender: &Sender<'p>, direction: Vec3, hit: &Hit) -> Self {
         Self {
-            direction,
             distance: sender.walked + hit.distance,
             near: sender.near,
             time: hit.time,
+            ..Self::within(sender, direction)
+        }
+    }
+
+    /// A ray on its way through a medium: as in Cycles, it has no length there.
+    pub fn within(sender: &Sender<'p>, direction: Vec3) -> Self {
+        Self {
+            direction,
+            distance: 0.0,
+            near: 0.0,
+            time: sender.time,
             kind: match sender.kind {
                 RayKind::Shadow => RayKind::Shadow.bit(),
                 kind => kind.bit() | sender.past.also,

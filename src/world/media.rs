@@ -1,9 +1,12 @@
 //! Which media fill which meshes, and those around a point on its way.
 
+use super::asking::Asking;
+use super::draws::Draws;
 use super::geometry::MeshInstance;
 use super::nesting::Nesting;
 use super::passing::{Share, shadow_ray};
 use super::varying::{self, Varying};
+use super::view::View;
 use super::{Hit, Passage, Sender, World};
 use crate::effects::{Effect, General};
 use crate::ffi::embree::Ray;
@@ -11,7 +14,6 @@ use crate::light::emissive::Eye;
 use crate::math::float::SHADOW_RAY_SHARE;
 use crate::medium::tracking::{self, Local, March};
 use crate::medium::{Flight, Lobe, Medium, transmittance};
-use crate::sampler::hashed;
 use crate::scene::graph::Graph;
 use crate::scene::{self, Instance, RayKind, Scene};
 use arrayvec::ArrayVec;
@@ -55,39 +57,6 @@ pub struct Within {
     pub medium: Medium,
     /// Whether some of them vary.
     pub varies: bool,
-}
-
-/// Numbers for the collisions on one way.
-pub struct Draws {
-    key: u32,
-    way: u32,
-    count: u32,
-    first: Option<f32>,
-}
-
-impl Draws {
-    /// Of a key, for one of its ways.
-    pub fn new(key: u32, way: u32) -> Self {
-        Self::beginning(key, way, None)
-    }
-
-    /// The same, with a first number that is given.
-    pub fn beginning(key: u32, way: u32, first: Option<f32>) -> Self {
-        Self {
-            key,
-            way,
-            count: 0,
-            first,
-        }
-    }
-
-    fn draw(&mut self) -> f32 {
-        if let Some(first) = self.first.take() {
-            return first;
-        }
-        self.count += 1;
-        hashed(self.key, self.way, self.count)
-    }
 }
 
 /// What becomes of light on a way through what varies.
@@ -185,7 +154,7 @@ impl Within {
 
 impl World {
     /// Takes note of the media of a scene; to be called when its geometry is ready.
-    pub(super) fn fill(&mut self, scene: &Scene, effects: EnumSet<Effect>) {
+    pub(super) fn fill(&mut self, scene: &Scene, effects: EnumSet<Effect>, view: View) {
         self.media = None;
         let everywhere = kept(scene.medium.as_ref(), effects);
         let materials = scene.materials.iter();
@@ -213,8 +182,8 @@ impl World {
             let (even, graph) = of_object(entry)?;
             let mesh = &scene.meshes[instance.mesh.0 as usize];
             let varying = |graph: &&Graph| {
-                let what = (instance, mesh);
-                Arc::new(Varying::of_object(scene, what, graph, self.origin, cells))
+                let (what, whence) = ((instance, mesh), (self.origin, view));
+                Arc::new(Varying::of_object(scene, what, graph, whence, cells))
             };
             Some(Filling {
                 even: even.clone(),
@@ -225,7 +194,7 @@ impl World {
         let everywhere = everywhere.map(|(even, graph)| {
             let fill = |graph| {
                 let bounds = self.bounds_around(scene);
-                Varying::of_space(scene, graph, self.origin, bounds)
+                Varying::of_space(scene, graph, (self.origin, view), bounds)
             };
             Filling {
                 even,
@@ -288,6 +257,20 @@ impl World {
                 media.at_camera = at_camera;
             }
         }
+    }
+
+    /// Whether some of the media are others for another camera.
+    pub(super) fn media_ask_about_view(&self) -> bool {
+        self.media.as_ref().is_some_and(|media| {
+            let objects = media.of_objects.iter().flatten();
+            let mut all = media.everywhere.iter().chain(objects);
+            all.any(|filling| {
+                filling
+                    .varying
+                    .as_ref()
+                    .is_some_and(|v| v.asks_about_view())
+            })
+        })
     }
 
     /// Which of several solids is there where they overlap, where the scene says it.
@@ -422,10 +405,11 @@ impl World {
         varying.take(MOST + 1).collect()
     }
 
-    /// What is at a point; the lobes of what varies are added to those that are asked for.
+    /// What a ray finds at a point; the lobes of what varies are added to those that are asked for.
     fn local(
         (varying, even): (&[&Varying], &Medium),
         point: Vec3,
+        asking: &Asking,
         mut lobes: Option<&mut Vec<Lobe>>,
     ) -> Local {
         let mut sum = Local {
@@ -434,7 +418,7 @@ impl World {
             emission: even.emission,
         };
         for varying in varying {
-            let local = varying.local(point, lobes.as_deref_mut());
+            let local = varying.local(point, asking, lobes.as_deref_mut());
             sum.extinction += local.extinction;
             sum.scattering += local.scattering;
             sum.emission += local.emission;
@@ -461,10 +445,17 @@ impl World {
         call(&mut marches)
     }
 
-    /// Where light of a throughput is scattered in what varies.
+    /// Where light of a throughput is scattered in what varies, on a ray of a sender.
     #[cold]
     #[inline(never)]
-    pub fn fly(&self, within: &Within, way: &Way, light: (Vec3, bool), mut draws: Draws) -> Flown {
+    pub fn fly(
+        &self,
+        within: &Within,
+        (way, sender): (&Way, &Sender),
+        light: (Vec3, bool),
+        mut draws: Draws,
+    ) -> Flown {
+        let asking = Asking::within(sender, way.direction);
         let varying = self.varying(&within.objects);
         let around = (&varying[..], &within.medium);
         let even = within.medium.extinction.max_element();
@@ -472,7 +463,8 @@ impl World {
         let (mut last, mut lobes) = (Local::default(), Vec::new());
         let local = |t: f32| {
             lobes.clear();
-            last = Self::local(around, way.origin + way.direction * t, Some(&mut lobes));
+            let point = way.origin + way.direction * t;
+            last = Self::local(around, point, &asking, Some(&mut lobes));
             last
         };
         let (flight, emitted) = Self::with_marches(&varying, way, |marches| {
@@ -491,17 +483,17 @@ impl World {
         }
     }
 
-    /// Share of light that what is around lets through on a way.
+    /// Share of light that what is around lets through on a way of a sender's ray.
     #[cold]
     #[inline(never)]
-    pub fn share(&self, within: &Within, way: &Way, draws: &mut Draws) -> Vec3 {
-        self.share_within((&within.objects, within.medium.extinction), way, draws)
+    pub fn share(&self, within: &Within, ray: (&Way, &Sender), draws: &mut Draws) -> Vec3 {
+        self.share_within((&within.objects, within.medium.extinction), ray, draws)
     }
 
     fn share_within(
         &self,
         (objects, even): (&Objects, Vec3),
-        way: &Way,
+        (way, sender): (&Way, &Sender),
         draws: &mut Draws,
     ) -> Vec3 {
         let varying = self.varying(objects);
@@ -509,10 +501,11 @@ impl World {
         if varying.is_empty() || passed == Vec3::ZERO {
             return passed;
         }
+        let asking = Asking::within(sender, way.direction);
         // What is the same everywhere is known.
         let local = |t: f32| {
             let point = way.origin + way.direction * t;
-            Self::local((&varying, &Medium::EMPTY), point, None)
+            Self::local((&varying, &Medium::EMPTY), point, &asking, None)
         };
         let ratio = |marches: &mut [March<'_>]| {
             tracking::ratio(marches, 0.0, way.span, || draws.draw(), local)
@@ -580,7 +573,7 @@ impl World {
             return if share == Vec3::ZERO {
                 share
             } else {
-                share * self.media_before(within, ray, target, (sender.time, key))
+                share * self.media_before(within, ray, target, (sender, key))
             };
         }
         let (way, far) = match target {
@@ -604,7 +597,7 @@ impl World {
         }
         in_order(&mut crossings);
         let far = if target.is_some() { 1.0 } else { far };
-        share.light * self.media_along(within, (ray.0, way, far), &crossings, key)
+        share.light * self.media_along(within, (ray.0, way, far), &crossings, (sender, key))
     }
 
     /// Share of light that media let through from a target to where a ray begins, or from infinity; `key` for the numbers of what
@@ -616,14 +609,14 @@ impl World {
         within: &Within,
         (origin, direction): (Vec3, Vec3),
         target: Option<Vec3>,
-        (time, key): (f32, u32),
+        (sender, key): (&Sender, u32),
     ) -> Vec3 {
         let (way, far) = match target {
             Some(target) => (target - origin, 1.0),
             None => (direction, f32::INFINITY),
         };
-        let crossings = self.crossings((origin, way), far, time);
-        self.media_along(within, (origin, way, far), &crossings, key)
+        let crossings = self.crossings((origin, way), far, sender.time);
+        self.media_along(within, (origin, way, far), &crossings, (sender, key))
     }
 
     /// Share of light that media let through on a way, as far as so many times its length, with its crossings in order.
@@ -632,7 +625,7 @@ impl World {
         within: &Within,
         (origin, way, far): (Vec3, Vec3, f32),
         crossings: &[Crossing],
-        key: u32,
+        (sender, key): (&Sender, u32),
     ) -> Vec3 {
         let scale = way.length();
         if crossings.is_empty() && !within.varies {
@@ -651,7 +644,7 @@ impl World {
             let distance = crossing.distance;
             if varies {
                 let way = along(from as f32, distance as f32);
-                share *= self.share_within((&objects, extinction), &way, &mut draws);
+                share *= self.share_within((&objects, extinction), (&way, sender), &mut draws);
             } else {
                 depth += extinction * ((distance - from) as f32 * scale);
             }
@@ -666,7 +659,7 @@ impl World {
         }
         if varies {
             let way = along(from as f32, far);
-            share *= self.share_within((&objects, extinction), &way, &mut draws);
+            share *= self.share_within((&objects, extinction), (&way, sender), &mut draws);
         } else {
             let rest = (f64::from(far) - from) as f32;
             share *= transmittance(extinction, rest * scale);

@@ -5,6 +5,7 @@ mod asking;
 mod camera;
 mod covered;
 mod displacement;
+mod draws;
 mod geometry;
 mod insides;
 mod interfaces;
@@ -34,8 +35,9 @@ pub use crate::light::Source;
 pub use crate::scene::RayKind;
 pub use asking::{Asking, Past, Sender, Widening};
 pub use displacement::displace;
+pub use draws::Draws;
 pub use interfaces::Passage;
-pub use media::{Draws, Flown, Way, Within};
+pub use media::{Flown, Way, Within};
 pub use nesting::OtherSide;
 pub use place::HitPoint;
 pub use strand::LeftStrand;
@@ -182,6 +184,13 @@ pub struct Options<'a> {
     pub coincident: Option<&'a scene::coincident::Coincident>,
 }
 
+impl Options<'_> {
+    /// What programs know of who looks, from an origin.
+    pub(super) fn view(&self, origin: DVec3) -> View {
+        View::new(self.camera, (self.aspect, self.rows), origin)
+    }
+}
+
 /// How light samples are shared out among lights. The picture is the same but for clamping, and for noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -230,7 +239,7 @@ impl World {
             options.effects,
             (origin, eye, options.cull_backfaces),
             (
-                View::new(options.camera, (options.aspect, options.rows), origin),
+                options.view(origin),
                 (options.light_shares, options.clamps_direct),
             ),
             &geometry,
@@ -268,7 +277,7 @@ impl World {
             instructions: device.instructions(),
             device,
         };
-        made.fill(scene, options.effects);
+        made.fill(scene, options.effects, options.view(origin));
         made.fill_camera(options.camera);
         Ok(made)
     }
@@ -309,11 +318,7 @@ impl World {
         };
         let eye = Eye::new(options.camera, origin);
         // What programs know of the view.
-        stale.lights |= self.geometry.look(View::new(
-            options.camera,
-            (options.aspect, options.rows),
-            origin,
-        ));
+        stale.lights |= self.geometry.look(options.view(origin));
         stale.lights |= scene.environment.as_ref().is_some_and(|environment| {
             let world = environment.graph.as_ref();
             world.is_some_and(|world| shine::asks_about_view(&world.graph))
@@ -332,7 +337,7 @@ impl World {
                 options.effects,
                 (origin, eye, options.cull_backfaces),
                 (
-                    View::new(options.camera, (options.aspect, options.rows), origin),
+                    options.view(origin),
                     (options.light_shares, options.clamps_direct),
                 ),
                 geometry,
@@ -356,8 +361,8 @@ impl World {
         let (aspect, effects) = (options.aspect, options.effects);
         self.camera = camera::prepare(options.camera, aspect, effects, view);
         self.shutter = camera::shutter(options.camera, &scene.shutter, aspect, effects, view);
-        if stale.geometry || stale.materials {
-            self.fill(scene, effects);
+        if stale.geometry || stale.materials || self.media_ask_about_view() {
+            self.fill(scene, effects, options.view(origin));
         }
         self.fill_camera(options.camera);
         Ok(stale)
@@ -644,7 +649,7 @@ fn views(scene: &Scene, options: &Options, origin: DVec3) -> Option<Views> {
 /// What the light from all around tells passes of the scene's own, where those are shown.
 fn aovs_around(scene: &Scene, options: &Options, origin: DVec3) -> Option<Shine> {
     let graph = scene.world_aovs.as_ref().filter(|_| options.aovs)?;
-    let view = View::new(options.camera, (options.aspect, options.rows), origin);
+    let view = options.view(origin);
     Some(Shine::new(scene, graph, None, (origin, view)))
 }
 

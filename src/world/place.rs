@@ -9,7 +9,7 @@ use super::strand::OnStrand;
 use super::view::{View, from_blender, to_blender};
 use crate::effects::General;
 use crate::math::float::{Affine, BoundedPoint};
-use crate::scene::graph::function::{PathDepth, PlaceInput, Space, Transformed};
+use crate::scene::graph::function::{PlaceInput, Space, Transformed};
 use crate::scene::graph::{NormalSpace, TangentKind};
 use crate::scene::{ObjectInfo, TextureSpace};
 use crate::shading::program::{Met, Openness, Place, Strand};
@@ -513,16 +513,7 @@ impl Place for HitPoint<'_> {
             PlaceInput::RayDepth => number(self.asking.depth as f32),
             PlaceInput::IsSingularRay => number(f32::from(self.asking.past.singular)),
             PlaceInput::IsReflectionRay => number(f32::from(self.asking.past.reflected)),
-            PlaceInput::PathDepth(depth) => {
-                let place = match depth {
-                    PathDepth::Diffuse => 0,
-                    PathDepth::Glossy => 1,
-                    PathDepth::Transmission => 2,
-                    PathDepth::Transparent => 3,
-                    PathDepth::Portal => 4,
-                };
-                number(f32::from(self.asking.past.depths[place]))
-            }
+            PlaceInput::PathDepth(depth) => number(self.asking.past.depth(depth)),
             PlaceInput::RayLength => number(self.asking.distance - self.asking.near),
             PlaceInput::IsStrand
             | PlaceInput::StrandThickness
@@ -537,6 +528,7 @@ impl Place for HitPoint<'_> {
         let Some(facts) = self.facts().filter(|_| from != to) else {
             return v;
         };
+        let origin = (what == Transformed::Point).then_some(facts.origin);
         // Through the world, in glTF's axes.
         let world = match (from, what) {
             (Space::World, _) => from_blender(v),
@@ -545,20 +537,7 @@ impl Place for HitPoint<'_> {
             }
             (Space::Object, Transformed::Vector) => facts.world_axes * v,
             (Space::Object, Transformed::Normal) => facts.object_axes.transpose() * v,
-            (Space::Camera, _) => {
-                let m = &facts.view.camera;
-                let p = if what == Transformed::Point {
-                    v - m.translation
-                } else {
-                    v
-                };
-                let back = Vec3::new(m.x.dot(p), m.y.dot(p), m.z.dot(p));
-                if what == Transformed::Point {
-                    back + facts.origin
-                } else {
-                    back
-                }
-            }
+            (Space::Camera, _) => facts.view.out_of_camera(v, origin),
         };
         let result = match (to, what) {
             (Space::World, _) => to_blender(world),
@@ -567,11 +546,7 @@ impl Place for HitPoint<'_> {
             }
             (Space::Object, Transformed::Vector) => facts.object_axes * world,
             (Space::Object, Transformed::Normal) => facts.world_axes.transpose() * world,
-            (Space::Camera, Transformed::Point) => {
-                let m = &facts.view.camera;
-                m.vector(world - facts.origin) + m.translation
-            }
-            (Space::Camera, _) => facts.view.camera.vector(world),
+            (Space::Camera, _) => facts.view.into_camera(world, origin),
         };
         if what == Transformed::Normal {
             unit_or_zero(result)

@@ -345,7 +345,7 @@ impl Geometry {
             origin,
             keeps_visibility: options.effects.contains(Effect::RayVisibility),
             links: options.effects.contains(Effect::LightLinking),
-            view: View::new(options.camera, (options.aspect, options.rows), origin),
+            view: options.view(origin),
             moves: options.effects.contains(Effect::MotionBlur),
             top: embree::Scene::new(device, robust)?,
             meshes: Vec::new(),

@@ -72,14 +72,7 @@ impl LightProgram for Shine {
 /// Whether a tree asks where the camera is.
 pub fn asks_about_view(graph: &Graph) -> bool {
     graph.nodes.iter().any(|node| match &node.kind {
-        NodeKind::Function(Function::Place(input)) => matches!(
-            input,
-            PlaceInput::Camera
-                | PlaceInput::Window
-                | PlaceInput::ViewVector
-                | PlaceInput::ViewDepth
-                | PlaceInput::ViewDistance
-        ),
+        NodeKind::Function(Function::Place(input)) => input.is_of_view(),
         NodeKind::Function(Function::VectorTransform { from, to, .. }) => {
             [from, to].contains(&&Space::Camera)
         }
@@ -207,14 +200,9 @@ impl Place for ShinePlace<'_> {
 
     fn transformed(&self, v: Vec3, what: Transformed, from: Space, to: Space) -> Vec3 {
         let facts = self.facts;
-        let camera = &facts.view.camera;
-        let is_point = what == Transformed::Point;
+        let origin = (what == Transformed::Point).then_some(facts.origin);
         let world = match (from, &facts.light) {
-            (Space::Camera, _) => {
-                let p = if is_point { v - camera.translation } else { v };
-                let back = Vec3::new(camera.x.dot(p), camera.y.dot(p), camera.z.dot(p));
-                if is_point { back + facts.origin } else { back }
-            }
+            (Space::Camera, _) => facts.view.out_of_camera(v, origin),
             (Space::Object, Some(axes)) => {
                 let back = axes.light_from_world.inverse();
                 match what {
@@ -226,10 +214,7 @@ impl Place for ShinePlace<'_> {
             _ => from_blender(v),
         };
         let result = match (to, &facts.light) {
-            (Space::Camera, _) if is_point => {
-                camera.vector(world - facts.origin) + camera.translation
-            }
-            (Space::Camera, _) => camera.vector(world),
+            (Space::Camera, _) => facts.view.into_camera(world, origin),
             (Space::Object, Some(axes)) => match what {
                 Transformed::Point => {
                     axes.light_from_world * (world - facts.origin - axes.location)

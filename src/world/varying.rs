@@ -1,14 +1,15 @@
 //! What fills a mesh or all space and varies: its node tree at points of it, and bounds for the way through it.
 
+use super::asking::{Asking, Past};
 use super::material::Preparer;
-use super::view::{from_blender, to_blender};
+use super::view::{View, from_blender, to_blender};
 use crate::math::float::Affine;
 use crate::medium::particles::{Draine, FournierForand, droplets};
 use crate::medium::tracking::{Bound, Local, Majorants, even, widening};
 use crate::medium::{Lobe, Phase};
 use crate::scene::graph::function::{PlaceInput, Space, Transformed};
 use crate::scene::graph::{Graph, NormalSpace};
-use crate::scene::{self, Grid, Instance, Mesh, ObjectInfo, Scene, TextureSpace};
+use crate::scene::{self, Grid, Instance, Mesh, ObjectInfo, RayKind, Scene, TextureSpace};
 use crate::shading::program::{Met, Openness, Place, VolumeProgram};
 use glam::{DAffine3, DMat3, DVec3, Mat3, Vec2, Vec3, Vec4};
 use std::sync::Arc;
@@ -27,6 +28,7 @@ pub(super) struct Varying {
 struct Facts {
     /// The world's origin.
     origin: Vec3,
+    view: View,
     /// Of an object.
     object: Option<ObjectAxes>,
     /// Of what fills it, by their numbers.
@@ -88,7 +90,7 @@ impl Varying {
         scene: &Scene,
         (instance, mesh): (&Instance, &Mesh),
         graph: &Graph,
-        origin: DVec3,
+        (origin, view): (DVec3, View),
         cells: u32,
     ) -> Self {
         let place = &instance.world_from_object;
@@ -109,6 +111,7 @@ impl Varying {
         };
         let facts = Facts {
             origin: origin.as_vec3(),
+            view,
             object: Some(ObjectAxes {
                 object_from_world: Affine::from_f64(&back, DVec3::ZERO),
                 axes: (placed.matrix3.as_mat3(), back.matrix3.as_mat3()),
@@ -140,11 +143,12 @@ impl Varying {
     pub fn of_space(
         scene: &Scene,
         graph: &Graph,
-        origin: DVec3,
+        (origin, view): (DVec3, View),
         (low, high): (Vec3, Vec3),
     ) -> Self {
         let facts = Facts {
             origin: origin.as_vec3(),
+            view,
             object: None,
             grids: Vec::new(),
             density: 1.0,
@@ -155,8 +159,10 @@ impl Varying {
 
     fn new(scene: &Scene, graph: &Graph, facts: Facts, planes: [Box<[f32]>; 3]) -> Self {
         let program = Preparer::default().volume(scene, graph);
-        let local = |point: Vec3| local(&program, &facts, (point, &[]), None);
-        let range = |low: Vec3, high: Vec3| range(&program, &facts, (low, high));
+        let pasts = pasts(&program);
+        let askers = askers(&program, &pasts);
+        let local = |point: Vec3| of_any(&program, &facts, (point, &[]), &askers);
+        let range = |low: Vec3, high: Vec3| range(&program, &facts, (low, high), &askers);
         let majorants = Majorants::new(planes, local, range);
         Self {
             program,
@@ -165,9 +171,14 @@ impl Varying {
         }
     }
 
-    /// What is at a point, relative to the origin; the lobes are added to those that are asked for.
-    pub fn local(&self, point: Vec3, lobes: Option<&mut Vec<Lobe>>) -> Local {
-        local(&self.program, &self.facts, (point, &[]), lobes)
+    /// What a ray finds at a point, relative to the origin; the lobes are added to those that are asked for.
+    pub fn local(&self, point: Vec3, asking: &Asking, lobes: Option<&mut Vec<Lobe>>) -> Local {
+        local(&self.program, &self.facts, (point, &[]), asking, lobes)
+    }
+
+    /// Whether it is another for another camera.
+    pub fn asks_about_view(&self) -> bool {
+        self.program.asks_about().view
     }
 }
 
@@ -214,7 +225,12 @@ fn cells_of(mesh: &Mesh) -> u32 {
 
 /// Of grids' numbers, each one's least and greatest: what the program says of all of the ones, and of all of the others. Most
 /// shaders rise or fall with each of them.
-fn range(program: &VolumeProgram, facts: &Facts, (low, high): (Vec3, Vec3)) -> Option<Bound> {
+fn range(
+    program: &VolumeProgram,
+    facts: &Facts,
+    (low, high): (Vec3, Vec3),
+    askers: &[Asking],
+) -> Option<Bound> {
     if program.grids().is_empty() {
         return None;
     }
@@ -237,7 +253,7 @@ fn range(program: &VolumeProgram, facts: &Facts, (low, high): (Vec3, Vec3)) -> O
         ..Bound::default()
     };
     for given in [&least, &most] {
-        let found = local(program, facts, (middle, given), None);
+        let found = of_any(program, facts, (middle, given), askers);
         let extinction = found.extinction.max_element();
         if extinction.is_finite() {
             bound.extinction = bound.extinction.max(extinction);
@@ -278,10 +294,69 @@ pub(super) fn lobes(coefficient: Vec3, of: scene::Phase) -> impl Iterator<Item =
     lobes.filter(|lobe| lobe.coefficient != Vec3::ZERO)
 }
 
+/// Paths that find its bounds: one where all find the same, else some that were scattered so often. What others find may be above the
+/// bound; that is noise, no error (`medium::tracking`).
+fn pasts(program: &VolumeProgram) -> Vec<Past> {
+    let depths: &[u8] = match program.asks_about() {
+        asks if asks.depths => &[0, 1, 2, 4, 8, 16],
+        asks if asks.kinds => &[0, 1],
+        _ => &[0],
+    };
+    let past = |&depth: &u8| Past {
+        depths: [depth; 5],
+        singular: depth > 0,
+        reflected: depth > 0,
+        ..Past::UNKNOWN
+    };
+    depths.iter().map(past).collect()
+}
+
+/// Rays of such paths: one where all rays find the same, else of each kind and in some directions.
+fn askers<'p>(program: &VolumeProgram, pasts: &'p [Past]) -> Vec<Asking<'p>> {
+    let asks = program.asks_about();
+    let axes = [Vec3::X, Vec3::Y, Vec3::Z];
+    let mut ways = axes.into_iter().flat_map(|way| [way, -way]).cycle();
+    let kinds = RayKind::ALL.map(|(kind, _)| kind.bit());
+    let kinds: &[u32] = if asks.kinds { &kinds } else { &[0] };
+    let of_past = |past: &'p Past| kinds.iter().map(move |&kind| (kind, past));
+    let each: Vec<_> = pasts.iter().flat_map(of_past).collect();
+    let least = if asks.directions { 6 } else { 1 };
+    let count = each.len().max(least);
+    let of_each = each.iter().cycle().zip(&mut ways).take(count);
+    of_each
+        .map(|(&(kind, past), way)| Asking {
+            kind,
+            depth: u32::from(past.depths[0]),
+            past,
+            ..Asking::along(way)
+        })
+        .collect()
+}
+
+/// The most that any of these rays finds.
+fn of_any(
+    program: &VolumeProgram,
+    facts: &Facts,
+    at: (Vec3, &[(u32, Vec4)]),
+    askers: &[Asking],
+) -> Local {
+    let found = askers
+        .iter()
+        .map(|asking| local(program, facts, at, asking, None));
+    found
+        .reduce(|a, b| Local {
+            extinction: a.extinction.max(b.extinction),
+            scattering: a.scattering.max(b.scattering),
+            emission: a.emission.abs().max(b.emission.abs()),
+        })
+        .unwrap_or_default()
+}
+
 fn local(
     program: &VolumeProgram,
     facts: &Facts,
     (point, given): (Vec3, &[(u32, Vec4)]),
+    asking: &Asking,
     mut asked: Option<&mut Vec<Lobe>>,
 ) -> Local {
     let mut scattering = Vec3::ZERO;
@@ -289,6 +364,7 @@ fn local(
         facts,
         point,
         given,
+        asking,
     };
     let (absorption, emission) = program.at(&place, facts.density, |coefficient, how| {
         scattering += coefficient;
@@ -310,6 +386,7 @@ struct VolumePlace<'a> {
     point: Vec3,
     /// What these grids are said to have there.
     given: &'a [(u32, Vec4)],
+    asking: &'a Asking<'a>,
 }
 
 impl VolumePlace<'_> {
@@ -328,11 +405,42 @@ impl VolumePlace<'_> {
     fn in_world(&self) -> Vec3 {
         to_blender(self.point + self.facts.origin)
     }
+
+    /// In the camera's space.
+    fn in_camera(&self) -> Vec3 {
+        let m = &self.facts.view.camera;
+        m.vector(self.point) + m.translation
+    }
+
+    /// The same for coordinates: those of all space Cycles takes as directions from the camera.
+    fn camera_coordinates(&self) -> Vec3 {
+        if self.facts.object.is_some() {
+            return self.in_camera();
+        }
+        let m = &self.facts.view.camera;
+        m.vector(self.point + self.facts.origin)
+    }
+
+    /// Where it is in the picture.
+    fn in_window(&self) -> Vec3 {
+        let view = &self.facts.view;
+        view.window(if view.is_orthographic() {
+            self.in_camera()
+        } else {
+            self.camera_coordinates()
+        })
+    }
+
+    /// To where the ray comes from, Blender's axes: there, normals are this.
+    fn incoming(&self) -> Vec3 {
+        -to_blender(self.asking.direction).normalize_or_zero()
+    }
 }
 
 impl Place for VolumePlace<'_> {
+    /// Zero with v upwards, where images without coordinates are seen: there are none, as in Cycles.
     fn uv(&self, _: u32) -> Vec2 {
-        Vec2::ZERO
+        Vec2::Y
     }
 
     fn color(&self) -> Vec4 {
@@ -388,28 +496,56 @@ impl Place for VolumePlace<'_> {
                     _ => value,
                 }
             }
-            PlaceInput::Incoming => full(Vec3::X),
-            // What only surfaces and rays have.
+            PlaceInput::Incoming
+            | PlaceInput::Normal
+            | PlaceInput::TrueNormal
+            | PlaceInput::Reflection => full(self.incoming()),
+            PlaceInput::ObjectNormal => full(self.transformed(
+                self.incoming(),
+                Transformed::Normal,
+                Space::World,
+                Space::Object,
+            )),
+            // Of the first corner of no triangle.
+            PlaceInput::Parametric => full(Vec3::X),
+            PlaceInput::Camera => full(self.camera_coordinates()),
+            PlaceInput::Window => full(self.in_window()),
+            PlaceInput::ViewVector => full(self.in_camera().normalize_or_zero()),
+            PlaceInput::ViewDepth => number(self.in_camera().z),
+            PlaceInput::ViewDistance => number(self.in_camera().length()),
+            PlaceInput::IsRay(kinds) => number(f32::from(self.asking.kind & kinds != 0)),
+            PlaceInput::RayDepth => number(self.asking.depth as f32),
+            PlaceInput::IsSingularRay => number(f32::from(self.asking.past.singular)),
+            PlaceInput::IsReflectionRay => number(f32::from(self.asking.past.reflected)),
+            PlaceInput::PathDepth(depth) => number(self.asking.past.depth(depth)),
+            // What only surfaces have. Rays have no length here, as in Cycles.
             _ => Vec4::ZERO,
         }
     }
 
     fn transformed(&self, v: Vec3, what: Transformed, from: Space, to: Space) -> Vec3 {
-        let Some(object) = self.facts.object.as_ref().filter(|_| from != to) else {
+        if from == to {
             return v;
-        };
-        let location = from_blender(object.location);
-        let (axes, back) = object.axes;
-        let world = match (from, what) {
-            (Space::Object, Transformed::Point) => axes * v + location,
-            (Space::Object, Transformed::Vector) => axes * v,
-            (Space::Object, Transformed::Normal) => back.transpose() * v,
+        }
+        let facts = self.facts;
+        let origin = (what == Transformed::Point).then_some(facts.origin);
+        let object = facts.object.as_ref();
+        let world = match (from, object) {
+            (Space::Camera, _) => facts.view.out_of_camera(v, origin),
+            (Space::Object, Some(object)) => match what {
+                Transformed::Point => object.axes.0 * v + from_blender(object.location),
+                Transformed::Vector => object.axes.0 * v,
+                Transformed::Normal => object.axes.1.transpose() * v,
+            },
             _ => from_blender(v),
         };
-        let result = match (to, what) {
-            (Space::Object, Transformed::Point) => back * (world - location),
-            (Space::Object, Transformed::Vector) => back * world,
-            (Space::Object, Transformed::Normal) => axes.transpose() * world,
+        let result = match (to, object) {
+            (Space::Camera, _) => facts.view.into_camera(world, origin),
+            (Space::Object, Some(object)) => match what {
+                Transformed::Point => object.axes.1 * (world - from_blender(object.location)),
+                Transformed::Vector => object.axes.1 * world,
+                Transformed::Normal => object.axes.0.transpose() * world,
+            },
             _ => to_blender(world),
         };
         match what {
@@ -418,10 +554,10 @@ impl Place for VolumePlace<'_> {
         }
     }
 
-    // There is no surface. Its own normal would be the way that light comes from, as in Cycles: any, as only their angle counts.
+    // There is no surface. Its own normal is the way that light comes from, as in Cycles.
     fn facing(&self, outside: Vec3) -> Vec3 {
         if outside == Vec3::ZERO {
-            Vec3::X
+            self.incoming()
         } else {
             to_blender(outside)
         }

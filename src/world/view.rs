@@ -164,6 +164,30 @@ impl Frame {
 }
 
 impl View {
+    /// Whether its rays are parallel.
+    pub fn is_orthographic(&self) -> bool {
+        matches!(self.frame, Frame::Orthographic(_))
+    }
+
+    /// A vector of the world (glTF's axes) in the camera's space; a point of it by the world's origin.
+    pub fn into_camera(&self, world: Vec3, origin: Option<Vec3>) -> Vec3 {
+        let m = &self.camera;
+        match origin {
+            Some(origin) => m.vector(world - origin) + m.translation,
+            None => m.vector(world),
+        }
+    }
+
+    /// The other way round.
+    pub fn out_of_camera(&self, v: Vec3, origin: Option<Vec3>) -> Vec3 {
+        let m = &self.camera;
+        let back = |p: Vec3| Vec3::new(m.x.dot(p), m.y.dot(p), m.z.dot(p));
+        match origin {
+            Some(origin) => back(v - m.translation) + origin,
+            None => back(v),
+        }
+    }
+
     /// Where a place in the camera's space lies in the picture: 0 to 1 from the left, and from below.
     pub fn window(&self, p: Vec3) -> Vec3 {
         self.frame.at(p)

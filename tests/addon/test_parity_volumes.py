@@ -230,6 +230,89 @@ class Volumes(Scenes):
         tree.links.new(curve.outputs[0], shader.inputs["Density"])
         self.compare("mist", 512)
 
+    def asking(self, made, kind, output, scale=1.0, tree=None):
+        """A volume whose density is what an output of a node says, times so much: in a cube by itself."""
+        if tree is None:
+            tree = self.cube()
+        self.fill(tree, "ShaderNodeVolumeScatter", Color=(0.9, 0.7, 0.5, 1))
+        shader = next(n for n in tree.nodes if n.type == "VOLUME_SCATTER")
+        asks = node(tree, kind)
+        made(asks)
+        times = node(tree, "ShaderNodeMath")
+        times.operation, times.inputs[1].default_value = "MULTIPLY", scale
+        tree.links.new(asks.outputs[output], times.inputs[0])
+        tree.links.new(times.outputs[0], shader.inputs["Density"])
+        return tree
+
+    def test_what_asks_about_rays(self):
+        self.scene.cycles.volume_bounces = 3
+        for output in ("Is Camera Ray", "Is Shadow Ray", "Is Volume Scatter Ray", "Ray Depth"):
+            with self.subTest(output):
+                for old in [o for o in self.scene.objects if o.name.startswith("Cube")]:
+                    bpy.data.objects.remove(old)
+                self.asking(lambda n: None, "ShaderNodeLightPath", output)
+                self.compare(output, 256)
+
+    def test_what_asks_about_the_camera(self):
+        for kind, output, scale in (("CameraData", "View Distance", 0.1), ("TexCoord", "Window", 1.0), ("TexCoord", "Camera", 0.1)):
+            with self.subTest(output):
+                for old in [o for o in self.scene.objects if o.name.startswith("Cube")]:
+                    bpy.data.objects.remove(old)
+                self.asking(lambda n: None, f"ShaderNode{kind}", output, scale)
+                self.compare(output, 256)
+
+    @kit.long
+    def test_a_world_that_asks_about_the_camera(self):
+        self.asking(lambda n: None, "ShaderNodeCameraData", "View Distance", 0.005, self.scene.world.node_tree)
+        self.compare("world: View Distance", 1024)
+
+    def test_what_asks_about_directions(self):
+        """Densest across the axes: the bounds that Cycles makes beforehand are of no direction, and hold there."""
+        for kind, output in (("NewGeometry", "Normal"), ("NewGeometry", "Incoming"), ("TexCoord", "Normal"), ("TexCoord", "Reflection")):
+            with self.subTest(kind, output=output):
+                for old in [o for o in self.scene.objects if o.name.startswith("Cube")]:
+                    bpy.data.objects.remove(old)
+                tree = self.asking(lambda n: None, f"ShaderNode{kind}", output)
+                size, rest = node(tree, "ShaderNodeMath"), node(tree, "ShaderNodeMath")
+                size.operation, rest.operation, rest.inputs[0].default_value = "ABSOLUTE", "SUBTRACT", 1.0
+                shader = next(n for n in tree.nodes if n.type == "VOLUME_SCATTER")
+                tree.links.new(shader.inputs["Density"].links[0].from_socket, size.inputs[0])
+                tree.links.new(size.outputs[0], rest.inputs[1])
+                tree.links.new(rest.outputs[0], shader.inputs["Density"])
+                self.compare(f"1 - {output}", 128)
+
+    def test_images(self):
+        image = bpy.data.images.new("stripes", 16, 8, float_buffer=True)
+        values = numpy.random.default_rng(3).random((8, 16, 4)).astype(numpy.float32)
+        values[..., 3] = 1
+        image.pixels.foreach_set(values.ravel())
+        image.pack()
+        for name, texture, projection in (("flat", "Object", "FLAT"), ("box", "Generated", "BOX"), ("without coordinates", None, "FLAT")):
+            with self.subTest(name):
+                for old in [o for o in self.scene.objects if o.name.startswith("Cube")]:
+                    bpy.data.objects.remove(old)
+
+                def show(n):
+                    n.image, n.projection = image, projection
+
+                tree = self.asking(show, "ShaderNodeTexImage", "Color", 2.0)
+                shown = next(n for n in tree.nodes if n.type == "TEX_IMAGE")
+                if texture:
+                    tree.links.new(node(tree, "ShaderNodeTexCoord").outputs[texture], shown.inputs[0])
+                self.compare(f"image, {name}", 256)
+
+    def test_vertices_are_not_asked(self):
+        """What only vertices have is nothing between them."""
+        for kind, output in (("Attribute", "Fac"), ("VertexColor", "Color"), ("UVMap", "UV")):
+            with self.subTest(kind):
+                for old in [o for o in self.scene.objects if o.name.startswith("Cube")]:
+                    bpy.data.objects.remove(old)
+                tree = self.asking(lambda n: None, f"ShaderNode{kind}", output)
+                for asks in tree.nodes:
+                    if asks.type == "ATTRIBUTE":
+                        asks.attribute_name = "UVMap"
+                self.compare(f"volume, {kind}", 32)
+
     def test_what_is_not_evaluated_is_told(self):
         tree = self.cube()
         self.fill(tree, "ShaderNodeVolumeScatter")

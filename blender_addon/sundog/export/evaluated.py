@@ -174,25 +174,23 @@ _IN_VOLUMES = {
     "ShaderNodeVolumeScatter": ALL,
     "ShaderNodeVolumeCoefficients": ALL,
     "ShaderNodeVolumePrincipled": ALL,
-    "ShaderNodeTexCoord": Rule(outputs=frozenset({"Generated", "Object"})),
-    "ShaderNodeNewGeometry": Rule(outputs=frozenset({"Position"})),
     # The surface's normal is the way that light comes from.
-    "ShaderNodeFresnel": Rule(constant=("Normal",)),
-    "ShaderNodeLayerWeight": Rule(constant=("Normal",)),
+    "ShaderNodeNewGeometry": Rule(
+        outputs=frozenset({"Position", "Normal", "True Normal", "Incoming", "Parametric", "Backfacing"})
+    ),
 }
-# What asks for surfaces, rays, images or the camera.
+# What asks for surfaces.
 _NOT_IN_VOLUMES = {
     kind
     for kind in EVALUATED
-    if kind.startswith("ShaderNodeBsdf") or kind in {*_ON_SURFACES, "ShaderNodeUVMap",
-    "ShaderNodeCameraData", "ShaderNodeLightFalloff", "ShaderNodeLightPath", "ShaderNodeTexImage", "ShaderNodeTexEnvironment",
-    "ShaderNodeTexIES", "ShaderNodeSubsurfaceScattering", "ShaderNodeBackground", "ShaderNodeDisplacement",
-    "ShaderNodeVectorDisplacement"}
-} - {"ShaderNodeObjectInfo", "ShaderNodeParticleInfo"}  # fmt: skip
+    if kind.startswith("ShaderNodeBsdf") or kind in {*_ON_SURFACES, "ShaderNodeSubsurfaceScattering", "ShaderNodeBackground",
+    "ShaderNodeDisplacement", "ShaderNodeVectorDisplacement"}
+} - {"ShaderNodeObjectInfo", "ShaderNodeParticleInfo", "ShaderNodeAttribute", "ShaderNodeVertexColor"}  # fmt: skip
 VOLUME = {kind: rule for kind, rule in {**EVALUATED, **_IN_VOLUMES}.items() if kind not in _NOT_IN_VOLUMES}
 # What is filled by grids.
-VOLUME_OF_GRIDS = {**VOLUME, "ShaderNodeAttribute": ALL, "ShaderNodeVolumeInfo": ALL}
-VOLUME_OF_WORLD = {kind: rule for kind, rule in VOLUME.items() if kind not in {"ShaderNodeObjectInfo", "ShaderNodeParticleInfo"}}
+VOLUME_OF_GRIDS = {**VOLUME, "ShaderNodeVolumeInfo": ALL}
+_OF_OBJECTS = {"ShaderNodeObjectInfo", "ShaderNodeParticleInfo", "ShaderNodeAttribute"}
+VOLUME_OF_WORLD = {kind: rule for kind, rule in VOLUME.items() if kind not in _OF_OBJECTS}
 
 # What is not evaluated for all that it is not a property of its own.
 IMAGE_SOURCES = {"FILE", "GENERATED", "TILED", "MOVIE"}

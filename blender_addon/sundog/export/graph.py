@@ -164,6 +164,8 @@ class Walk:
         output = tree_of(owner).get_output_node("CYCLES")
         found = self._feeding(output.inputs["Surface"], ())
         if found is None and isinstance(owner, bpy.types.Material):
+            if self.walker.is_only_filled(output):
+                return
             # Nothing is black.
             found = self._made("ShaderNodeEmission", "Emission", {"Color": (0.0, 0.0, 0.0, 1.0), "Strength": 0.0})
         if not isinstance(found, Link):
@@ -376,6 +378,10 @@ class Walk:
             return _part(value or (0.0, 0.0, 0.0, 0.0), socket.identifier)
         if node.type == "VOLUME_INFO" and self.has_grids:
             return None
+        of_vertices = node.type == "VERTEX_COLOR" or (node.type == "ATTRIBUTE" and node.attribute_type == "GEOMETRY" and not self.has_grids)
+        if self._fills and of_vertices:
+            # What lies between vertices has nothing of theirs.
+            return zero
         if node.type == "TEX_POINTDENSITY" and node.object is None:
             # Of no points.
             return zero

@@ -133,6 +133,11 @@ class Walker:
             self.met_absent.add(absent[name])
         return table.get(name)
 
+    def is_only_filled(self, output):
+        """Whether a volume is all that a material's output is linked to: rays pass through its surface."""
+        surface, volume = (self.source(Place(output.inputs[name])).socket for name in ("Surface", "Volume"))
+        return volume.is_output and not surface.is_output
+
     def source(self, place, passed=None):
         """The output socket that feeds an input, through reroutes, groups and muted nodes.
 

@@ -157,9 +157,8 @@ class Reader:
         # Volumes' shaders are nothing here.
         surface = None if source.node.type in nodes.VOLUMES else self._simple(source) or self.surface(place)
         if surface is None:
-            # Without a surface shader, rays pass through if there is a volume, and the body is black if there is none.
-            is_filled = self._is_linked(nodes.Place(output.inputs["Volume"])) and not source.socket.is_output
-            return Surface(alpha=ZERO) if is_filled else Surface()
+            # Without a surface shader the body is black, if nothing fills it.
+            return Surface(alpha=ZERO) if self.walker.is_only_filled(output) else Surface()
         return surface
 
     def _simple(self, source):

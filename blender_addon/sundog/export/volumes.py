@@ -55,10 +55,13 @@ def read(reader, place):
         return None
     if reader.grids is not None:
         return Varying(source.node.bl_label, "it cannot be told with its grids")
+    before = list(reader.findings), list(reader.lasting)
     try:
         found = _Sum(reader)
         found.add(source, 1.0)
     except _Varies as why:
+        # They are of what its numbers would have been.
+        reader.findings, reader.lasting = before
         return Varying(source.node.bl_label, str(why))
     return found.described()
 

@@ -151,6 +151,7 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
     materials.graphs.append(&mut materials.aovs);
     materials.graphs.push(world_aovs.map(|loaded| loaded.graph));
     materials.graphs.push(world_graph);
+    materials.graphs.push(world_volume);
     for (light, value) in &light_graphs {
         let which = (value, &*lights[*light].name);
         let graph = shader_graph::load_light(
@@ -172,6 +173,7 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
     let material_aovs: Vec<_> = of_others.by_ref().take(of_materials).collect();
     let world_aovs = of_others.next().flatten();
     let world_graph = of_others.next().flatten();
+    let world_volume = of_others.next().flatten();
     for ((light, _), graph) in light_graphs.into_iter().zip(of_others) {
         lights[light].graph = graph.map(Box::new);
     }

@@ -453,10 +453,14 @@ impl<'a> Images<'a> {
                 }
             }
         }
-        for material in materials {
+        for material in materials.iter_mut() {
             renumber(material, &places);
         }
-        for texture in graphs.iter_mut().flatten().flat_map(Graph::textures_mut) {
+        let of_volumes = materials
+            .iter_mut()
+            .filter_map(|m| m.medium.as_mut()?.varying.as_deref_mut());
+        let all = graphs.iter_mut().flatten().chain(of_volumes);
+        for texture in all.flat_map(Graph::textures_mut) {
             let place = places.get(texture.image.0 as usize).copied().flatten();
             // What is lost is cut out when the scene is validated.
             texture.image = place.unwrap_or(ImageId(u32::MAX));

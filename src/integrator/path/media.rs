@@ -8,7 +8,7 @@ use crate::light::{Along, Drawn, LightSample, Pivot};
 use crate::math::average;
 use crate::medium::{Equiangular, Flight, Medium, transmittance};
 use crate::sampler::{Dimension, hashed};
-use crate::world::{Draws, Flown, Hit, Passage, RayKind, Sender, Way, Within, World};
+use crate::world::{Draws, Flown, Hit, Passage, Past, RayKind, Sender, Way, Within, World};
 use glam::Vec3;
 
 /// Tells the numbers of flights from those of opacity.
@@ -36,7 +36,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     #[inline(always)]
     pub(super) fn share(
         (world, within): (&World, &Within),
-        way: Way,
+        (way, sender): (Way, &Sender),
         key: impl FnOnce() -> u32,
     ) -> Vec3 {
         if !E::EVERYTHING || !world.has_media() {
@@ -44,9 +44,18 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         }
         if within.varies {
             let way_number = FOUND ^ way.span.1.to_bits();
-            return world.share(within, &way, &mut Draws::new(key(), way_number));
+            return world.share(within, (&way, sender), &mut Draws::new(key(), way_number));
         }
         transmittance(within.medium.extinction, way.span.1 - way.span.0)
+    }
+
+    /// What media may ask about the path's past.
+    #[inline(always)]
+    pub(super) fn past_in_media(&self) -> Past {
+        if E::EVERYTHING && self.beside.within.varies {
+            return self.past();
+        }
+        Past::UNKNOWN
     }
 
     /// Goes through what is around to the end of the ray, where light has been looked for already; says how far it came if it is
@@ -153,11 +162,15 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         };
         let draws = Draws::beginning(key, FLIGHT ^ self.passed, first);
         let light = (self.throughput, !self.last);
+        let past = self.past();
+        let sender = self.sender(&past);
         let Flown {
             flight,
             emitted,
             there,
-        } = self.world.fly(&self.beside.within, &way, light, draws);
+        } = self
+            .world
+            .fly(&self.beside.within, (&way, &sender), light, draws);
         if emitted != Vec3::ZERO && emitted.is_finite() {
             let found = self.throughput * emitted;
             self.light.add_found(self.settings, found, self.bounce);
@@ -382,7 +395,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             } else {
                 world.transmittance_nested(within, ray, light.target, left)
             };
-            share * world.media_before(within, ray, light.target, (sender.time, key))
+            share * world.media_before(within, ray, light.target, (&sender, key))
         } else {
             world.light_through(within, ray, light.target, left, key)
         };

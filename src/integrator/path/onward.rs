@@ -314,6 +314,8 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     fn add_lamps_on_the_way(&mut self, far: f32) {
         let ray = self.seen_by();
         let (settings, throughput, bounce) = (self.settings, self.throughput, self.bounce);
+        let past = self.past_in_media();
+        let sender = self.sender(&past);
         let (previous, light) = (&self.beside.previous, &mut *self.light);
         let (within, near) = (&self.beside.within, self.span.0);
         let (origin, direction) = (self.origin, self.direction);
@@ -324,7 +326,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                 span: (near, distance),
             };
             let key = || self.sampler.key(Dimension::Opacity, bounce);
-            Self::share((self.world, within), way, key)
+            Self::share((self.world, within), (way, &sender), key)
         };
         let lights = &self.world.lights;
         lights.le_along_ray(
@@ -409,7 +411,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             if world.has_media() {
                 let ray = (origin, direction);
                 let key = self.sampler.key(Dimension::Opacity, bounce);
-                let how = (sender.time, key);
+                let how = (&sender, key);
                 share *= world.media_before(&self.beside.within, ray, target, how);
             }
             self.rays += 1;
@@ -483,7 +485,9 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             span: (self.span.0, f32::INFINITY),
         };
         let key = || self.sampler.key(Dimension::Opacity, self.bounce);
-        let share = Self::share((self.world, &self.beside.within), way, key);
+        let past = self.past_in_media();
+        let around = (self.world, &self.beside.within);
+        let share = Self::share(around, (way, &self.sender(&past)), key);
         let throughput = self.throughput * share;
         if E::EVERYTHING && self.is_seen() && self.settings.transparent_film {
             self.see_through(throughput);

@@ -1,6 +1,6 @@
 //! What nothing refers to any more.
 
-use crate::scene::graph::TangentKind;
+use crate::scene::graph::{Graph, TangentKind};
 use crate::scene::{Effect, ImageId, LeftOut, Material, MaterialId, Mesh, MeshId, MeshStep, Scene};
 
 /// The numbers that things have when those that are not `kept` are gone.
@@ -118,6 +118,12 @@ pub fn images(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
 
 /// Gives the images other numbers wherever something refers to them.
 pub fn rename_images(scene: &mut Scene, mut name: impl FnMut(ImageId) -> ImageId) {
+    let media = scene.materials.iter_mut().filter_map(|m| m.medium.as_mut());
+    let volumes = media.chain(&mut scene.medium);
+    let volumes: Vec<_> = volumes.filter_map(|m| m.varying.as_deref_mut()).collect();
+    for texture in volumes.into_iter().flat_map(Graph::textures_mut) {
+        texture.image = name(texture.image);
+    }
     for material in &mut scene.materials {
         for texture in material.graph.textures_mut() {
             texture.image = name(texture.image);

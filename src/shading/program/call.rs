@@ -191,6 +191,9 @@ impl Call {
             Function::Fresnel | Function::LayerFresnel | Function::LayerFacing => {
                 vec![PlaceInput::Incoming]
             }
+            Function::VectorTransform { from, to, .. } if [from, to].contains(&Space::Camera) => {
+                vec![PlaceInput::Position, PlaceInput::Camera]
+            }
             Function::VectorTransform { .. }
             | Function::Displacement { .. }
             | Function::VectorDisplacement(_)

@@ -20,7 +20,7 @@ pub use compile::{Known, Source, compile, displacement};
 pub use emission::{Covered, Emission, Shining};
 pub use shader::parameters;
 pub use shaders::{CoatRoots, LayerRoots, Shader, Weighted};
-pub use volume::VolumeProgram;
+pub use volume::{AsksAbout, VolumeProgram};
 
 use super::texture::PreparedTexture;
 use crate::math::{average, luminance};

@@ -19,6 +19,20 @@ pub struct VolumeProgram {
     grids: Vec<(u32, Interpolation)>,
     /// Whether nothing else of the place counts.
     of_grids_alone: bool,
+    asks_about: AsksAbout,
+}
+
+/// What a volume asks about that is not of the place alone.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct AsksAbout {
+    /// The kind of the ray.
+    pub kinds: bool,
+    /// How often its path was scattered.
+    pub depths: bool,
+    /// Where it goes.
+    pub directions: bool,
+    /// The camera.
+    pub view: bool,
 }
 
 /// A shader with its share of the whole.
@@ -65,7 +79,9 @@ impl VolumeProgram {
         let mut roots: Vec<&mut Root> = roots.collect();
         let program = compiler.finish(&mut roots);
         let (mut grids, mut of_grids_alone) = (Vec::new(), true);
+        let mut asks_about = AsksAbout::default();
         for input in program.place_inputs() {
+            asks_about.note(input);
             match input {
                 PlaceInput::Grid {
                     number,
@@ -90,6 +106,7 @@ impl VolumeProgram {
             parts,
             of_grids_alone: of_grids_alone && !grids.is_empty(),
             grids,
+            asks_about,
         }
     }
 
@@ -101,6 +118,11 @@ impl VolumeProgram {
     /// Whether it depends on the place by these alone.
     pub fn is_of_grids_alone(&self) -> bool {
         self.of_grids_alone
+    }
+
+    /// What it asks about that is not of the place alone.
+    pub fn asks_about(&self) -> AsksAbout {
+        self.asks_about
     }
 
     /// What is taken, 1/m, and emitted, W·sr⁻¹·m⁻³, at a place; `scatterer` gets what is scattered, 1/m, and how.
@@ -124,6 +146,23 @@ impl VolumeProgram {
             }
             (absorption, emission)
         })
+    }
+}
+
+impl AsksAbout {
+    fn note(&mut self, input: PlaceInput) {
+        match input {
+            PlaceInput::IsRay(_) | PlaceInput::IsSingularRay | PlaceInput::IsReflectionRay => {
+                self.kinds = true;
+            }
+            PlaceInput::RayDepth | PlaceInput::PathDepth(_) => self.depths = true,
+            PlaceInput::Incoming
+            | PlaceInput::Normal
+            | PlaceInput::TrueNormal
+            | PlaceInput::ObjectNormal
+            | PlaceInput::Reflection => self.directions = true,
+            input => self.view |= input.is_of_view(),
+        }
     }
 }
 

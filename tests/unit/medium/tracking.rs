@@ -78,6 +78,28 @@ fn transmittance_is_right_in_the_mean_whatever_the_bounds() {
     }
 }
 
+/// Where bounds are far too low weights would grow with each collision; the first one mends the bound. Each cell has one collision below
+/// its own bound at the most until then, and that has a weight of 1 - 1/share.
+#[test]
+fn bounds_that_are_far_too_low_are_raised() {
+    for share in [0.3, 0.1, 0.03f32] {
+        let grid = grid(share, 0.0);
+        let samples = 60_000;
+        let found = estimate(samples, |sample| {
+            let mut marches = [grid.along(RAY.0, RAY.1, 0.0)];
+            ratio(&mut marches, 0.0, (0.0, 9.0), draws(sample), |t| {
+                local(RAY.0 + RAY.1 * t, SLOPE, 0.5, 0.0)
+            })
+        });
+        agrees(found, through(LENGTH), &format!("bounds of {share}"));
+        let most = (1.0 / share - 1.0).max(1.0) / (samples as f32).sqrt();
+        assert!(
+            found.1.max_element() < most,
+            "bounds of {share}: {found:?}, {most}"
+        );
+    }
+}
+
 /// Of blue light a way of 2 m has 2e10 free paths, of red light one: without lower bounds it would take as many collisions, and in
 /// f32 none would move on at a distance of 100 m.
 #[test]

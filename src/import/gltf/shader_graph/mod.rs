@@ -141,17 +141,6 @@ pub(super) fn load_volume(
     };
     let loaded = read(document, value, &owner, images, diagnostics)?;
     let graph = loaded.map(|loaded| loaded.graph);
-    let reads_images = |graph: &Graph| graph.textures().next().is_some();
-    if graph.as_ref().is_some_and(reads_images) {
-        diagnostics.report(
-            "shader-graph",
-            Verdict::Lost,
-            "volume with images",
-            owner.subject,
-            owner.instead,
-        );
-        return Ok(None);
-    }
     Ok(graph.filter(|graph| graph.volume.is_some()))
 }
 

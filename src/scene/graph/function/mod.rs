@@ -180,6 +180,14 @@ impl PlaceInput {
             _ => false,
         }
     }
+
+    /// Whether the answer depends on the camera.
+    pub fn is_of_view(&self) -> bool {
+        matches!(
+            self,
+            Self::Camera | Self::Window | Self::ViewVector | Self::ViewDepth | Self::ViewDistance
+        )
+    }
 }
 
 /// What a node computes.
