@@ -537,7 +537,7 @@ impl Place for HitPoint<'_> {
             }
             (Space::Object, Transformed::Vector) => facts.world_axes * v,
             (Space::Object, Transformed::Normal) => facts.object_axes.transpose() * v,
-            (Space::Camera, _) => facts.view.out_of_camera(v, origin),
+            (Space::Camera, _) => facts.view.world_from_camera(v, origin),
         };
         let result = match (to, what) {
             (Space::World, _) => to_blender(world),
@@ -546,7 +546,7 @@ impl Place for HitPoint<'_> {
             }
             (Space::Object, Transformed::Vector) => facts.object_axes * world,
             (Space::Object, Transformed::Normal) => facts.world_axes.transpose() * world,
-            (Space::Camera, _) => facts.view.into_camera(world, origin),
+            (Space::Camera, _) => facts.view.camera_from_world(world, origin),
         };
         if what == Transformed::Normal {
             unit_or_zero(result)

@@ -202,7 +202,7 @@ impl Place for ShinePlace<'_> {
         let facts = self.facts;
         let origin = (what == Transformed::Point).then_some(facts.origin);
         let world = match (from, &facts.light) {
-            (Space::Camera, _) => facts.view.out_of_camera(v, origin),
+            (Space::Camera, _) => facts.view.world_from_camera(v, origin),
             (Space::Object, Some(axes)) => {
                 let back = axes.light_from_world.inverse();
                 match what {
@@ -214,7 +214,7 @@ impl Place for ShinePlace<'_> {
             _ => from_blender(v),
         };
         let result = match (to, &facts.light) {
-            (Space::Camera, _) => facts.view.into_camera(world, origin),
+            (Space::Camera, _) => facts.view.camera_from_world(world, origin),
             (Space::Object, Some(axes)) => match what {
                 Transformed::Point => {
                     axes.light_from_world * (world - facts.origin - axes.location)

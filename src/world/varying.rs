@@ -531,7 +531,7 @@ impl Place for VolumePlace<'_> {
         let origin = (what == Transformed::Point).then_some(facts.origin);
         let object = facts.object.as_ref();
         let world = match (from, object) {
-            (Space::Camera, _) => facts.view.out_of_camera(v, origin),
+            (Space::Camera, _) => facts.view.world_from_camera(v, origin),
             (Space::Object, Some(object)) => match what {
                 Transformed::Point => object.axes.0 * v + from_blender(object.location),
                 Transformed::Vector => object.axes.0 * v,
@@ -540,7 +540,7 @@ impl Place for VolumePlace<'_> {
             _ => from_blender(v),
         };
         let result = match (to, object) {
-            (Space::Camera, _) => facts.view.into_camera(world, origin),
+            (Space::Camera, _) => facts.view.camera_from_world(world, origin),
             (Space::Object, Some(object)) => match what {
                 Transformed::Point => object.axes.1 * (world - from_blender(object.location)),
                 Transformed::Vector => object.axes.1 * world,

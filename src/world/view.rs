@@ -170,7 +170,7 @@ impl View {
     }
 
     /// A vector of the world (glTF's axes) in the camera's space; a point of it by the world's origin.
-    pub fn into_camera(&self, world: Vec3, origin: Option<Vec3>) -> Vec3 {
+    pub fn camera_from_world(&self, world: Vec3, origin: Option<Vec3>) -> Vec3 {
         let m = &self.camera;
         match origin {
             Some(origin) => m.vector(world - origin) + m.translation,
@@ -179,7 +179,7 @@ impl View {
     }
 
     /// The other way round.
-    pub fn out_of_camera(&self, v: Vec3, origin: Option<Vec3>) -> Vec3 {
+    pub fn world_from_camera(&self, v: Vec3, origin: Option<Vec3>) -> Vec3 {
         let m = &self.camera;
         let back = |p: Vec3| Vec3::new(m.x.dot(p), m.y.dot(p), m.z.dot(p));
         match origin {
