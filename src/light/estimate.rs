@@ -1,10 +1,11 @@
 //! What an emitter, or a cluster of them, can send to a point at most, and the draw by it.
 //! (LightBounds of angles without trigonometry as in Pharr, Jakob, Humphreys, *Physically Based Rendering*, 4th ed., §12.6.3.)
 
+use super::lanes::{LANES, Lanes, Lanes3, mask, sin_from_cos};
 use crate::math::float::gamma;
 use glam::Vec3;
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
-use wide::{CmpGt, CmpLe, CmpLt, f32x8 as Lanes};
+use wide::{CmpGt, CmpLe, CmpLt};
 
 /// An angle of 0 to π. Both are kept, as a sine that is computed from a cosine near 1 has no digits.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -174,9 +175,6 @@ pub const LEAST_SHARE: f32 = 1.0 / 1024.0;
 /// probability.
 pub const MOST: f32 = 1e30;
 
-/// Candidates whose estimates are made together.
-pub const LANES: usize = 8;
-
 /// Up to [`LANES`] emitters, or clusters of them, between which and others one is chosen. Each number stands in a lane for
 /// each.
 #[derive(Clone, Copy, Debug)]
@@ -203,32 +201,6 @@ pub struct Candidates {
     front_offset: Lanes,
 }
 
-/// Vectors, a coordinate after the other.
-#[derive(Clone, Copy, Debug)]
-struct Lanes3([Lanes; 3]);
-
-impl Lanes3 {
-    fn of(vectors: [Vec3; LANES]) -> Self {
-        Self([0, 1, 2].map(|axis| Lanes::from(vectors.map(|v| v[axis]))))
-    }
-
-    #[inline]
-    fn splat(v: Vec3) -> Self {
-        Self([v.x, v.y, v.z].map(Lanes::splat))
-    }
-
-    #[inline]
-    fn dot(&self, other: &Self) -> Lanes {
-        let (Self([ax, ay, az]), Self([bx, by, bz])) = (*self, *other);
-        ax * bx + ay * by + az * bz
-    }
-}
-
-/// A mask of lanes.
-fn mask(lanes: [bool; LANES]) -> Lanes {
-    Lanes::from(lanes.map(|set| f32::from_bits(if set { u32::MAX } else { 0 })))
-}
-
 /// cos(max(0, a − b)) from (sine, cosine) of angles in 0..π.
 #[inline]
 fn cos_of_difference(a: (Lanes, Lanes), b: (Lanes, Lanes)) -> Lanes {
@@ -239,11 +211,6 @@ fn cos_of_difference(a: (Lanes, Lanes), b: (Lanes, Lanes)) -> Lanes {
 #[inline]
 fn sin_of_difference(a: (Lanes, Lanes), b: (Lanes, Lanes)) -> Lanes {
     a.1.cmp_gt(b.1).blend(Lanes::ZERO, a.0 * b.1 - a.1 * b.0)
-}
-
-#[inline]
-fn sin_from_cos(cos: Lanes) -> Lanes {
-    (Lanes::ONE - cos * cos).fast_max(Lanes::ZERO).sqrt()
 }
 
 impl Candidates {

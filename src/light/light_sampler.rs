@@ -1,6 +1,7 @@
 //! The choice of a finite light: among few by an estimate for each of them, among many by the tree.
 
-use super::estimate::{Candidates, Choice, LANES, LightBounds, draw, weigh};
+use super::estimate::{Candidates, Choice, LightBounds, draw, weigh};
+use super::lanes::LANES;
 use super::tree::{self, GROUPS, Tree, WIDTH};
 use glam::Vec3;
 

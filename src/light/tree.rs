@@ -2,7 +2,8 @@
 //! (Conty Estevez and Kulla, *Importance Sampling of Many Lights with Adaptive Tree Splitting*,
 //! HPG 2018).
 
-use super::estimate::{Angle, Candidates, Choice, LANES, LightBounds, draw, measure, weigh};
+use super::estimate::{Angle, Candidates, Choice, LightBounds, draw, measure, weigh};
+use super::lanes::LANES;
 use crate::sampler;
 use glam::Vec3;
 

@@ -7,10 +7,13 @@
 
 mod bounds;
 mod emitters;
+mod side_by_side;
 
+use super::lanes::LANES;
 use super::set::Drawn;
 use bounds::{Bounds, Cone, Measure, bounds_of};
 use glam::Vec3;
+use smallvec::SmallVec;
 
 /// So many emitters stand in one leaf at most, but for lights at infinity.
 const IN_A_LEAF: usize = 8;
@@ -94,6 +97,14 @@ enum Held {
     Light(Emitter),
     /// A mesh, by the first node of its tree.
     Mesh(u32),
+}
+
+/// A choice between two nodes.
+#[derive(Clone, Copy, Debug)]
+struct Turn {
+    children: [u32; 2],
+    /// The first of them is chosen.
+    is_first: bool,
 }
 
 /// Something in its leaf.
@@ -263,52 +274,80 @@ impl TwoBounds {
         };
         let mut probability = 1.0f32;
         while entry != NONE {
-            let mut child = self.entries[entry as usize].node;
-            if let Below::Entries(first, count) = self.nodes[child as usize].below {
-                probability *= self.share(first..first + count, at, entry);
-            }
-            entry = loop {
+            let leaf = self.entries[entry as usize].node;
+            probability *= self.share(leaf, at, entry);
+            let (turns, next) = self.turns(leaf);
+            for turns in turns.chunks(LANES / 2) {
                 if probability == 0.0 {
                     return 0.0;
                 }
-                let Node { above, mesh, .. } = self.nodes[child as usize];
-                if above == NONE {
-                    break mesh;
+                let pairs = self.pairs(turns, at);
+                for (turn, pair) in turns.iter().zip(pairs) {
+                    let first = first_of(pair).unwrap_or(0.0);
+                    probability *= if turn.is_first { first } else { 1.0 - first };
                 }
-                if let Below::Children([left, right]) = self.nodes[above as usize].below {
-                    let p = self.left(left, right, at).unwrap_or(0.0);
-                    probability *= if child == left { p } else { 1.0 - p };
-                }
-                if above == self.root {
-                    return probability;
-                }
-                child = above;
-            };
+            }
+            match next {
+                Some(mesh) => entry = mesh,
+                None => return probability,
+            }
         }
         0.0
     }
 
-    /// Probability of the first of two children.
+    /// The turns on the way up from a node, and the entry of the mesh whose tree that is: `None` in the first one.
     #[inline]
-    fn left(&self, left: u32, right: u32, at: &Receiver) -> Option<f32> {
-        let [a, b] = [left, right].map(|child| self.bounds(child, at));
-        let most = a.0 + b.0;
-        if most <= 0.0 {
-            return None;
+    fn turns(&self, mut child: u32) -> (SmallVec<[Turn; 32]>, Option<u32>) {
+        let mut turns = SmallVec::new();
+        loop {
+            let Node { above, mesh, .. } = self.nodes[child as usize];
+            if above == NONE {
+                return (turns, Some(mesh));
+            }
+            if let Below::Children(children) = self.nodes[above as usize].below {
+                turns.push(Turn {
+                    children,
+                    is_first: child == children[0],
+                });
+            }
+            if above == self.root {
+                return (turns, None);
+            }
+            child = above;
         }
-        let least = a.1 + b.1;
-        let by_least = if least > 0.0 {
-            a.1 / least
-        } else {
-            0.5 * (f32::from(a.0 > 0.0) + f32::from(b.0 == 0.0))
+    }
+
+    /// What both children of each of up to four turns give.
+    #[inline]
+    fn pairs(&self, turns: &[Turn], at: &Receiver) -> [[Bounds; 2]; LANES / 2] {
+        let one_by_one = |children: [u32; 2]| children.map(|child| self.bounds(child, at));
+        if let [turn] = turns {
+            let mut pairs = [[(0.0, 0.0); 2]; LANES / 2];
+            pairs[0] = one_by_one(turn.children);
+            return pairs;
+        }
+        let child = |lane: usize| {
+            let turn = &turns[(lane / 2).min(turns.len() - 1)];
+            &self.nodes[turn.children[lane % 2] as usize]
         };
-        Some(0.5 * (a.0 / most + by_least))
+        let nodes: [&Node; LANES] = std::array::from_fn(child);
+        let mut found =
+            side_by_side::of_clusters(nodes.map(|node| (&node.measure, &node.cone)), at);
+        for (lane, node) in nodes.iter().enumerate().take(2 * turns.len()) {
+            if node.is_single() {
+                found[lane] = self.bounds_of_node(node, at);
+            }
+        }
+        std::array::from_fn(|turn| [found[2 * turn], found[2 * turn + 1]])
     }
 
     /// What a node gives: one that holds a single light gives what that does.
     #[inline]
     fn bounds(&self, node: u32, at: &Receiver) -> Bounds {
-        let node = &self.nodes[node as usize];
+        self.bounds_of_node(&self.nodes[node as usize], at)
+    }
+
+    fn bounds_of_node(&self, node: &Node, at: &Receiver) -> Bounds {
         match node.below {
             Below::Entries(_, 0) => (0.0, 0.0),
             Below::Entries(first, 1) => self.bounds_of(first, at),
@@ -329,11 +368,14 @@ impl TwoBounds {
         }
     }
 
-    /// The share of one entry of a leaf.
-    fn share(&self, entries: std::ops::Range<u32>, at: &Receiver, of: u32) -> f32 {
-        let mut sums = Sums::default();
-        let mut own = (0.0, 0.0);
-        for entry in entries {
+    /// The share of one entry of a leaf; 1 of what is no leaf.
+    fn share(&self, leaf: u32, at: &Receiver, of: u32) -> f32 {
+        let leaf = &self.nodes[leaf as usize];
+        let Below::Entries(first, count) = leaf.below else {
+            return 1.0;
+        };
+        let (mut sums, mut own) = (Sums::default(), (0.0, 0.0));
+        for entry in first..first + count {
             let bounds = self.bounds_of(entry, at);
             sums.add(bounds);
             if entry == of {
@@ -342,6 +384,22 @@ impl TwoBounds {
         }
         sums.share(own)
     }
+}
+
+/// Probability of the first of two children; `None` where none of them gives anything.
+#[inline]
+fn first_of([a, b]: [Bounds; 2]) -> Option<f32> {
+    let most = a.0 + b.0;
+    if most <= 0.0 {
+        return None;
+    }
+    let least = a.1 + b.1;
+    let by_least = if least > 0.0 {
+        a.1 / least
+    } else {
+        0.5 * (f32::from(a.0 > 0.0) + f32::from(b.0 == 0.0))
+    };
+    Some(0.5 * (a.0 / most + by_least))
 }
 
 /// What the entries of a leaf give together.
@@ -385,6 +443,12 @@ impl Node {
             above: NONE,
             mesh: NONE,
         }
+    }
+
+    /// Whether it gives something else than a cluster would.
+    #[inline]
+    fn is_single(&self) -> bool {
+        self.is_distant || matches!(self.below, Below::Entries(_, 0 | 1))
     }
 }
 

@@ -19,16 +19,16 @@ const OPPOSITE: f32 = -0.9995;
 /// Directions in which a cluster shines: normals within an angle of an axis, and light within another one of the normals.
 #[derive(Clone, Copy, Debug)]
 pub struct Cone {
-    axis: Vec3,
-    normals: f32,
-    emission: f32,
+    pub(super) axis: Vec3,
+    pub(super) normals: f32,
+    pub(super) emission: f32,
     /// Sine and cosine of the angle of the normals.
-    sin: f32,
-    cos: f32,
+    pub(super) sin: f32,
+    pub(super) cos: f32,
     /// Cosine of both angles together; −1 from π on.
-    cos_all: f32,
+    pub(super) cos_all: f32,
     /// Cosine of the light beyond the normals' angle; above 1 where there is none.
-    cos_beyond: f32,
+    pub(super) cos_beyond: f32,
 }
 
 impl Cone {
@@ -79,7 +79,7 @@ pub struct Measure {
     axis: Vec3,
     normals: f32,
     emission: f32,
-    energy: f32,
+    pub(super) energy: f32,
 }
 
 impl Measure {

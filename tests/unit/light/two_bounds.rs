@@ -178,3 +178,31 @@ fn the_least_of_an_area_light_is_by_its_corners() {
         "{cone:?}"
     );
 }
+
+/// Eight at a time are what each is by itself, bit for bit; from beside them, within them and at their middle.
+#[test]
+fn side_by_side_is_one_by_one() {
+    let tree = TwoBounds::new(&lamps(40), &[mesh(90, 40)], &distant(), (130, 2));
+    let near: Vec<&Node> = (tree.nodes.iter())
+        .filter(|node| !node.is_distant && node.measure.min.cmple(node.measure.max).all())
+        .collect();
+    let at_middles = near.iter().map(|node| Receiver {
+        point: 0.5 * (node.measure.min + node.measure.max),
+        normal: Some(Vec3::Y),
+        both: false,
+    });
+    let (mut most, mut least) = (0, 0);
+    for at in places().chain(at_middles) {
+        for nodes in near.windows(LANES) {
+            let clusters = std::array::from_fn(|lane| (&nodes[lane].measure, &nodes[lane].cone));
+            let found = side_by_side::of_clusters(clusters, &at);
+            for (node, found) in nodes.iter().zip(found) {
+                let expected = node.measure.bounds(&node.cone, false, &at);
+                assert_eq!(found, expected, "{node:?} {at:?}");
+                most += u32::from(expected.0 > 0.0);
+                least += u32::from(expected.1 > 0.0);
+            }
+        }
+    }
+    assert!(most > 10_000 && least > 1000, "{most} {least}");
+}
