@@ -16,7 +16,7 @@ pub mod from_scene;
 pub mod groups;
 pub mod kinds;
 pub mod lamp;
-mod lanes;
+pub mod lanes;
 pub mod light_sampler;
 pub mod linking;
 pub mod pivot;

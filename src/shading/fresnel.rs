@@ -221,16 +221,11 @@ impl Fresnel {
     }
 }
 
-/// The index of refraction that is calculated with: 0 stands for a reflectance of 1
-/// (KHR_materials_ior), and beyond 1e4, where F0 is within 4e-4 of 1, f32 has no digits left for
-/// what is transmitted.
+/// The index of refraction that is calculated with: above 0, as in Cycles, where what is less reflects all but what comes straight on;
+/// beyond 1e4, where F0 is within 4e-4 of 1, f32 has no digits left for what is transmitted.
 #[inline]
 pub fn bounded_ior(ior: f32) -> f32 {
-    if ior == 0.0 {
-        1e4
-    } else {
-        ior.clamp(1e-4, 1e4)
-    }
+    ior.clamp(1e-4, 1e4)
 }
 
 #[cfg(test)]

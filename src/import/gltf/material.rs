@@ -116,9 +116,9 @@ pub(super) fn load_material(
     set_emission_strength(source, &mut material);
     let plain = known.filter(|_| glossy.is_none());
     if let Some(ior) = plain.and_then(|e| e.ior.as_ref()) {
-        // "Valid values are 0 and what is at least 1."
+        // "Valid values are 0 and what is at least 1": 0 stands for a reflectance of 1.
         let index = ior.ior.0;
-        material.ior = if index == 0.0 { 0.0 } else { index.max(1.0) };
+        material.ior = if index == 0.0 { 1e4 } else { index.max(1.0) };
     }
     if let Some(specular) = plain.and_then(|e| e.specular.as_ref()) {
         let base = "/extensions/KHR_materials_specular";

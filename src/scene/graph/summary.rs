@@ -312,6 +312,13 @@ impl Graph {
         }
     }
 
+    /// Whether light goes on below its surface: by a Principled BSDF, or a Subsurface Scattering.
+    pub fn goes_below(&self) -> bool {
+        let is_walk =
+            |node: &super::Node| matches!(node.kind, NodeKind::Bsdf(SimpleBsdf::Subsurface(_)));
+        self.nodes.iter().any(is_walk) || self.summary(false).goes_below
+    }
+
     /// Whether a sum of shaders has what is transparent in it, so that the parts may come to more than 1; or a Holdout is one of them,
     /// so that they come to less.
     pub fn adds_transparency(&self) -> bool {

@@ -176,3 +176,27 @@ fn lamps_in_the_plane_of_a_face_are_found() {
     assert_eq!(found.lights.len(), 2);
     assert!(found.faces.is_empty());
 }
+
+/// Where a mesh has several users Cycles does not apply its transform: rounding decides, but at 0 and at powers of two.
+#[test]
+fn of_shared_meshes_rounding_decides() {
+    let mesh = || quad(1.0, [0.0; 3]);
+    let at = |z: f64| DAffine3::from_translation(DVec3::new(0.3, 0.0, z));
+    for (z, expected) in [
+        (0.0, Overlap::Flat),
+        (-0.5, Overlap::Flat),
+        (2.0, Overlap::Flat),
+        (-1.2, Overlap::Turned),
+        (3.0, Overlap::Turned),
+    ] {
+        // Both are users of one mesh, or each of one of its own.
+        let shared = find(&scene(vec![mesh()], &[(0, at(z)), (0, at(z))]));
+        assert_eq!(
+            marks(&shared),
+            [(0, &[expected; 2][..]), (1, &[expected; 2])]
+        );
+        let alone = find(&scene(vec![mesh(), mesh()], &[(0, at(z)), (1, at(z))]));
+        let flat = [Overlap::Flat; 2];
+        assert_eq!(marks(&alone), [(0, &flat[..]), (1, &flat)]);
+    }
+}
