@@ -46,6 +46,25 @@ class Coincident(kit.ExportTest):
             for shown in list(bpy.data.meshes):
                 bpy.data.meshes.remove(shown)
 
+    def test_of_a_shared_mesh_rounding_decides_across_an_axis_too(self):
+        """But at heights that no product rounds: there the twins are black."""
+        for height, is_dark in ((0.0, True), (-0.5, True), (-1.2, False), (3.7, False)):
+            twins = [self.plane(8, height) for _ in range(2)]
+            self.camera.location[2] = height + 5
+            alone = bpy.data.objects.new("alone", twins[0].data)
+            alone.location = (0, 0, -100)
+            self.scene.collection.objects.link(alone)
+            twins[1].data = twins[0].data
+            twins[1].hide_render = True
+            one, cycles_one, _ = self.means()
+            twins[1].hide_render = False
+            both, cycles_both, _ = self.means()
+            print(f"shared, at {height}: {both / one:.4f}, Cycles {cycles_both / cycles_one:.4f}", flush=True)
+            for share in (both / one, cycles_both / cycles_one):
+                (self.assertLess if is_dark else self.assertGreater)(share, 0.2)
+            for shown in list(bpy.data.meshes):
+                bpy.data.meshes.remove(shown)
+
     def test_of_two_in_one_place_the_later_is_seen(self):
         def ball(name, color, shines):
             bpy.ops.mesh.primitive_uv_sphere_add(segments=32, ring_count=16, radius=1.5, rotation=(0.2, 0.1, 0))

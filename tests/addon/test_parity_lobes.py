@@ -261,6 +261,8 @@ class Parity(Beside):
             for roughness in roughnesses:
                 s.alone(f"index {index} {roughness}", "BsdfPrincipled", Base_Color=BLUE, IOR=index, Roughness=roughness)
         s.alone("index 0", "BsdfPrincipled", Base_Color=BLUE, IOR=0.0, Roughness=0.5)
+        s.alone("glass of index 0", "BsdfGlass", Color=BLUE, IOR=0.0, Roughness=0.0)
+        s.alone("refraction of index 0", "BsdfRefraction", Color=BLUE, IOR=0.0, Roughness=0.0)
         s.alone("level", "BsdfPrincipled", Base_Color=BLUE, IOR=0.6, Specular_IOR_Level=0.8, Roughness=0.5)
         s.alone("clear", "BsdfPrincipled", Base_Color=BLUE, IOR=0.8, Roughness=0.05, Transmission_Weight=1.0)
         s.alone("index by noise", "BsdfPrincipled", Base_Color=BLUE, IOR="TexNoise", Roughness=0.4)
