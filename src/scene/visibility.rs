@@ -55,16 +55,15 @@ impl Visibility {
         Self(self.0 | kind.bit())
     }
 
-    /// The same, but seen by all rays within paths.
+    /// The same, but seen by all rays that surfaces scatter.
     #[must_use]
     pub const fn on_paths(self) -> Self {
         self.with(RayKind::Diffuse)
             .with(RayKind::Glossy)
             .with(RayKind::Transmission)
-            .with(RayKind::Volume)
     }
 
-    /// Whether shadow rays and all rays within paths see it, or none of them.
+    /// Whether shadow rays and all rays that surfaces scatter see it, or none of them.
     pub fn is_alike_on_paths(self) -> bool {
         let paths = Self(0).on_paths().with(RayKind::Shadow).0;
         self.0 & paths == paths || self.0 & paths == 0

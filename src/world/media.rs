@@ -31,6 +31,8 @@ pub(super) struct Media {
     pub(super) nesting: Option<Nesting>,
     /// Whether paths take note of any object.
     tracks_objects: bool,
+    /// Whether something fills an object that shadow rays do not see.
+    some_without_shadows: bool,
     /// What fills all space.
     everywhere: Option<Filling>,
     /// What the paths begin in.
@@ -118,6 +120,10 @@ pub(super) fn enter_or_leave(objects: &mut Objects, object: u32, leaves: bool) -
         (false, None) => objects.try_push(object).is_ok(),
         _ => false,
     }
+}
+
+fn casts_shadow(entry: &MeshInstance) -> bool {
+    entry.visibility.sees(RayKind::Shadow)
 }
 
 fn prepared(of: &scene::Medium) -> Arc<Medium> {
@@ -217,11 +223,14 @@ impl World {
             }
         }
         let tracks_objects = fills_objects || nesting.is_some();
+        let some_without_shadows = (of_objects.iter().zip(&self.geometry.entries))
+            .any(|(filling, entry)| filling.is_some() && !casts_shadow(entry));
         if everywhere.is_some() || tracks_objects {
             self.media = Some(Box::new(Media {
                 of_objects,
                 nesting,
                 tracks_objects,
+                some_without_shadows,
                 everywhere,
                 at_camera: Within::default(),
             }));
@@ -252,7 +261,7 @@ impl World {
     /// Takes note of the media around a camera.
     pub(super) fn fill_camera(&mut self, camera: &scene::Camera) {
         if self.media.is_some() {
-            let at_camera = self.around(Eye::new(camera, self.origin).at());
+            let at_camera = self.around(Eye::new(camera, self.origin).at(), RayKind::Camera);
             if let Some(media) = &mut self.media {
                 media.at_camera = at_camera;
             }
@@ -310,11 +319,12 @@ impl World {
         })
     }
 
-    /// What is around a point: all objects that a ray upwards leaves before it enters them.
-    fn around(&self, point: Vec3) -> Within {
+    /// What is around a point: all objects that a ray of a kind leaves upwards before it enters them.
+    fn around(&self, point: Vec3, kind: RayKind) -> Within {
         let mut within = Within::default();
         let mut met = Vec::new();
-        for Crossing { hit, leaves, .. } in self.crossings((point, Vec3::Y), f32::INFINITY, 0.0) {
+        let up = (point, Vec3::Y);
+        for Crossing { hit, leaves, .. } in self.crossings_of(kind, up, f32::INFINITY, 0.0) {
             let object = hit.object();
             if !met.contains(&object) {
                 met.push(object);
@@ -331,9 +341,15 @@ impl World {
         within
     }
 
-    /// Surfaces along a ray of objects of which paths take note, in order.
-    pub(super) fn crossings(
+    /// Surfaces along a shadow ray of objects of which paths take note, in order.
+    pub(super) fn crossings(&self, ray: (Vec3, Vec3), far: f32, time: f32) -> Crossings {
+        self.crossings_of(RayKind::Shadow, ray, far, time)
+    }
+
+    /// The same along a ray of a kind.
+    fn crossings_of(
         &self,
+        kind: RayKind,
         (origin, direction): (Vec3, Vec3),
         far: f32,
         time: f32,
@@ -348,7 +364,7 @@ impl World {
         }
         let ray = Ray {
             near: 0.0,
-            mask: RayKind::Shadow.bit(),
+            mask: kind.bit(),
             ..shadow_ray((origin, direction), far, time)
         };
         let exact = (origin.as_dvec3(), direction.as_dvec3());
@@ -395,6 +411,14 @@ impl World {
         });
         let inside = objects.filter_map(move |o| media?.of_objects[o as usize].as_ref());
         everywhere.into_iter().chain(inside)
+    }
+
+    /// What they take together, 1/m, without what varies; whether some of them vary.
+    fn extinction(&self, objects: &Objects) -> (Vec3, bool) {
+        let add = |(sum, varies), part: &Filling| {
+            (sum + part.even.extinction, varies || part.varying.is_some())
+        };
+        self.parts(objects).fold((Vec3::ZERO, false), add)
     }
 
     /// Those of them that vary.
@@ -628,13 +652,19 @@ impl World {
         (sender, key): (&Sender, u32),
     ) -> Vec3 {
         let scale = way.length();
-        if crossings.is_empty() && !within.varies {
-            return transmittance(within.medium.extinction, far * scale);
+        let (mut extinction, mut varies) = (within.medium.extinction, within.varies);
+        let mut objects = within.objects.clone();
+        let media = self.media.as_ref();
+        if media.is_some_and(|media| media.some_without_shadows) {
+            // What shadow rays do not see does not dim them, wherever they begin: as in Cycles from 5.0 on.
+            objects.retain(|o| casts_shadow(&self.geometry.entries[*o as usize]));
+            (extinction, varies) = self.extinction(&objects);
+        }
+        if crossings.is_empty() && !varies {
+            return transmittance(extinction, far * scale);
         }
         let mut draws = Draws::new(key, SHADOW ^ way.x.to_bits());
         let (mut depth, mut from, mut share) = (Vec3::ZERO, 0.0f64, Vec3::ONE);
-        let mut objects = within.objects.clone();
-        let (mut extinction, mut varies) = (within.medium.extinction, within.varies);
         let along = |from: f32, to: f32| Way {
             origin,
             direction: way / scale,
@@ -650,11 +680,7 @@ impl World {
             }
             from = distance;
             if enter_or_leave(&mut objects, crossing.hit.object(), crossing.leaves) {
-                (extinction, varies) = (Vec3::ZERO, false);
-                for part in self.parts(&objects) {
-                    extinction += part.even.extinction;
-                    varies |= part.varying.is_some();
-                }
+                (extinction, varies) = self.extinction(&objects);
             }
         }
         if varies {

@@ -11,7 +11,7 @@ use super::place::ObjectFacts;
 use super::view::View;
 use crate::effects::{self, Effect};
 use crate::ffi::embree::{self, CommittedScene, Device, EmbreeError};
-use crate::scene::{Instance, Mesh, RayKind, Scene};
+use crate::scene::{Instance, Mesh, Scene};
 use glam::{DAffine3, DMat3, DVec3};
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -211,8 +211,7 @@ impl Builder<'_> {
         is_shared: bool,
     ) -> Result<(), EmbreeError> {
         let visibility = if self.keeps_visibility {
-            // No ray comes from a volume: what is hidden from those alone is hidden from none, here as by the effects.
-            instance.visibility.with(RayKind::Volume)
+            instance.visibility
         } else {
             instance.visibility.on_paths()
         };

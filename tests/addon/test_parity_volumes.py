@@ -301,6 +301,17 @@ class Volumes(Scenes):
                     tree.links.new(node(tree, "ShaderNodeTexCoord").outputs[texture], shown.inputs[0])
                 self.compare(f"image, {name}", 256)
 
+    def test_what_some_rays_do_not_see(self):
+        """What shadow rays do not see dims no light that starts within it; around a camera is what its rays see."""
+        self.scene.cycles.volume_bounces = 1
+        for kind, size, density in (("shadow", 2, 1.0), ("camera", 2, 1.0), ("shadow", 30, 0.05), ("camera", 30, 0.05)):
+            with self.subTest(kind, size=size):
+                for old in [o for o in self.scene.objects if o.name.startswith("Cube")]:
+                    bpy.data.objects.remove(old)
+                self.fill(self.cube(size=size), "ShaderNodeVolumeScatter", Color=(0.9, 0.6, 0.3, 1), Density=density)
+                setattr(bpy.context.object, f"visible_{kind}", False)
+                self.compare(f"a cube of {size} m without {kind} rays", 256)
+
     def test_vertices_are_not_asked(self):
         """What only vertices have is nothing between them."""
         for kind, output in (("Attribute", "Fac"), ("VertexColor", "Color"), ("UVMap", "UV")):

@@ -49,7 +49,7 @@ fn light_comes_through_as_by_surfaces_and_media_one_after_the_other() {
     let (mut blocked, mut dimmed) = (0, 0);
     for i in 0..2000 {
         let (from, to) = (point(i, 0), point(i, 3));
-        let within = world.around(from);
+        let within = world.around(from, RayKind::Camera);
         let direction = (to - from).normalize();
         for target in [Some(to), None] {
             let sender = Sender::from(RayKind::Shadow);
@@ -101,7 +101,7 @@ fn a_volume_takes_light_of_the_rays_that_it_asks_for() {
     let ray = (Vec3::new(-3.0, 0.1, -8.9), Vec3::X);
     for (kind, _) in RayKind::ALL {
         let world = fog_for(kind);
-        let within = world.around(ray.0);
+        let within = world.around(ray.0, RayKind::Camera);
         let crossings = world.crossings(ray, f32::INFINITY, 0.0);
         let [enters, leaves] = crossings[..] else {
             panic!("a ball has two faces on a ray: {crossings:?}");
