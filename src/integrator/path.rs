@@ -9,6 +9,7 @@ mod leave;
 mod media;
 mod onward;
 mod passing;
+mod past;
 mod portal;
 mod start;
 mod wide;
@@ -168,6 +169,8 @@ struct Beside {
     /// Portals that it has come to, and whether it goes on behind the last.
     portals: u32,
     is_through: bool,
+    /// Of the surfaces that it has passed those that only bound a medium.
+    bounds: u32,
     /// A bounce, and the surfaces that the path has passed since, at which it might have stopped to choose.
     tints: (u32, u32),
     /// How it has stopped at its surface, if it could have passed that.
@@ -279,6 +282,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         lobes_left_out: 0,
         left: None,
         portals: 0,
+        bounds: 0,
         is_through: false,
         tints: (0, 0),
         stopped: None,
@@ -390,7 +394,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             self.receive(&found.hit, surface.point.point, bsdf.receiving());
             let met = (&found.hit, &surface);
             let scene = (world, self.settings);
-            let way = (lit, self.bounce, self.passed);
+            let way = (lit, self.bounce, self.counted());
             let vertex = self.beside.vertex::<E>(scene, met, (&bsdf, &past), way);
             self.rays += if E::EVERYTHING {
                 vertex.add_direct_light(&self.light_numbers(), self.light)
@@ -444,35 +448,6 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             time: self.beside.time,
             blockers: 0,
             past,
-        }
-    }
-
-    /// What programs may ask about its past: only the general kernel has any.
-    #[inline(always)]
-    fn past(&self) -> Past {
-        if !E::EVERYTHING {
-            return Past::UNKNOWN;
-        }
-        let least = |count: u32| count.min(255) as u8;
-        let Beside {
-            previous,
-            scatterings: [diffuse, glossy, transmission],
-            portals,
-            ..
-        } = &*self.beside;
-        Past {
-            depths: [*diffuse, *glossy, *transmission, self.passed, *portals].map(least),
-            singular: previous.delta,
-            reflected: self.bounce > 0 && previous.kind != RayKind::Transmission,
-            // As in Cycles.
-            blurry: self.min_pdf < 8.0,
-            way: self.beside.way,
-            wide: self.beside.wide,
-            wavelength: self.beside.wavelength,
-            other_side: self.beside.other_side.index,
-            also: previous.at.also,
-            numbers: (self.world.traces()).then_some((*self.sampler, self.bounce)),
-            left: self.beside.left,
         }
     }
 

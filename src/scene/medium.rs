@@ -1,7 +1,8 @@
 //! What fills a closed mesh or all space.
 
-use super::Effect;
 use super::graph::Graph;
+use super::validate::clean_graph;
+use super::{Diagnostics, Effect, Verdict};
 use crate::math::single_scattering_albedo;
 use glam::Vec3;
 
@@ -160,3 +161,25 @@ impl Phase {
 
 /// As in Cycles: beyond it the phase function is a needle that f32 cannot tell from the straight way.
 const MOST_G: f32 = 1.0 - 1e-3;
+
+/// Makes the numbers of a volume legal, and cleans its node tree; tells what was not.
+pub(super) fn clean(
+    mut medium: Option<&mut Medium>,
+    images: usize,
+    owner: &str,
+    diagnostics: &mut Diagnostics,
+) {
+    if medium.as_deref_mut().is_some_and(Medium::clean) {
+        diagnostics.report_effect(
+            Effect::Media,
+            "volume-range",
+            Verdict::Approximated,
+            "volume with numbers outside of their legal range",
+            owner,
+            "the nearest legal number is used",
+        );
+    }
+    if let Some(graph) = medium.and_then(|medium| medium.varying.as_mut()) {
+        clean_graph(graph, images, owner, diagnostics);
+    }
+}

@@ -7,8 +7,8 @@ use super::area;
 use super::flatten::directions;
 use super::graph::Graph;
 use super::{
-    Camera, Diagnostics, Effect, Light, LightKind, Material, Medium, Mesh, Projection, Scene,
-    Verdict, duplicate_triangles,
+    Camera, Diagnostics, Effect, Light, LightKind, Material, Mesh, Projection, Scene, Verdict,
+    duplicate_triangles,
 };
 use crate::math::words::counted;
 
@@ -62,7 +62,7 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
         .cameras
         .retain_mut(|camera| clean_camera(camera, diagnostics));
     clean_environment(scene, images, diagnostics);
-    clean_medium(scene.medium.as_mut(), images, "world", diagnostics);
+    super::medium::clean(scene.medium.as_mut(), images, "world", diagnostics);
 }
 
 /// Drops instances that show nothing or cannot be placed.
@@ -644,7 +644,7 @@ fn clean_tangents(mesh: &mut Mesh, diagnostics: &mut Diagnostics) {
 
 fn clean_material(material: &mut Material, images: usize, diagnostics: &mut Diagnostics) {
     clean_graph(&mut material.graph, images, &material.name, diagnostics);
-    clean_medium(
+    super::medium::clean(
         material.medium.as_mut(),
         images,
         &material.name,
@@ -653,28 +653,12 @@ fn clean_material(material: &mut Material, images: usize, diagnostics: &mut Diag
     super::nesting::clean(material, diagnostics);
 }
 
-fn clean_medium(
-    mut medium: Option<&mut Medium>,
+pub(super) fn clean_graph(
+    graph: &mut Graph,
     images: usize,
     owner: &str,
     diagnostics: &mut Diagnostics,
 ) {
-    if medium.as_deref_mut().is_some_and(Medium::clean) {
-        diagnostics.report_effect(
-            Effect::Media,
-            "volume-range",
-            Verdict::Approximated,
-            "volume with numbers outside of their legal range",
-            owner,
-            "the nearest legal number is used",
-        );
-    }
-    if let Some(graph) = medium.and_then(|medium| medium.varying.as_mut()) {
-        clean_graph(graph, images, owner, diagnostics);
-    }
-}
-
-fn clean_graph(graph: &mut Graph, images: usize, owner: &str, diagnostics: &mut Diagnostics) {
     let faults = graph.clean(images);
     let mut tell = |there: bool, code, verdict, feature: &str, instead: &str| {
         if there {

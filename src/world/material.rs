@@ -42,8 +42,10 @@ pub struct PreparedMaterial {
     pub is_tinted: bool,
     /// It shines, and light can pass beside it: what a path passes shines into it by the share that it does not let pass.
     pub glows_in_passing: bool,
-    /// All passes straight on everywhere: it only bounds what fills it.
+    /// All passes straight on everywhere.
     pub lets_all_pass: bool,
+    /// It only bounds what fills it.
+    pub only_bounds: bool,
     /// Somewhere it is glass.
     lets_through: bool,
     /// Somewhere it is solid glass.
@@ -194,6 +196,7 @@ impl Preparer {
                     || m.medium.is_some()
                     || m.priority.is_some()),
             lets_all_pass: summary.lets_all_pass,
+            only_bounds: summary.lets_all_pass && m.medium.is_some(),
             lets_through: solids.clone().next().is_some()
                 || summary.is_thin_subsurface
                 || summary.simple.iter().any(|(bsdf, _)| bsdf.transmits()),

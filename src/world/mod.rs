@@ -65,7 +65,7 @@ use placed::Geometry;
 use serde::Serialize;
 use shine::Shine;
 use std::sync::Arc;
-use view::{View, Views};
+use view::Views;
 
 /// A scene ready for rays. Positions are relative to `origin`. Its parts are renewed each for itself ([`World::renew`]).
 pub struct World {
@@ -182,13 +182,6 @@ pub struct Options<'a> {
     pub roughens: bool,
     /// What coincides in the scene; `None` if it has not been looked for.
     pub coincident: Option<&'a scene::coincident::Coincident>,
-}
-
-impl Options<'_> {
-    /// What programs know of who looks, from an origin.
-    pub(super) fn view(&self, origin: DVec3) -> View {
-        View::new(self.camera, (self.aspect, self.rows), origin)
-    }
 }
 
 /// How light samples are shared out among lights. The picture is the same but for clamping, and for noise.

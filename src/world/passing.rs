@@ -274,6 +274,12 @@ impl World {
         self.prepared(hit).lets_all_pass
     }
 
+    /// Whether a hit is of what only bounds a medium: as in Cycles it counts as no surface that is passed.
+    #[inline]
+    pub fn only_bounds(&self, hit: &Hit) -> bool {
+        self.prepared(hit).only_bounds
+    }
+
     /// Whether what a path may pass at a hit shines.
     #[inline]
     pub fn glows_in_passing(&self, hit: &Hit) -> bool {
@@ -517,6 +523,7 @@ impl World {
         }
         if let Some(left) = &mut share.left
             && !self.is_hidden(hit, direction)
+            && !(E::EVERYTHING && self.only_bounds(hit))
         {
             if *left == 0 {
                 share.light = Vec3::ZERO;

@@ -1,5 +1,6 @@
 //! What a world knows of the one who looks, and Blender's axes.
 
+use super::Options;
 use crate::math::float::Affine;
 use crate::math::panorama::Panorama;
 use crate::scene::{Camera, Projection};
@@ -86,6 +87,13 @@ impl Frame {
             (at[1] - bottom) / (top - bottom),
             0.0,
         )
+    }
+}
+
+impl Options<'_> {
+    /// What programs know of who looks, from an origin.
+    pub(super) fn view(&self, origin: DVec3) -> View {
+        View::new(self.camera, (self.aspect, self.rows), origin)
     }
 }
 

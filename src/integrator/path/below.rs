@@ -192,7 +192,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             self.beside.side = numbers.key(Dimension::Opacity, self.bounce);
         }
         let (scene, met) = ((world, self.settings), (hit, &surface));
-        let way = (self.throughput, self.bounce, self.passed);
+        let way = (self.throughput, self.bounce, self.counted());
         let vertex = self.beside.vertex::<E>(scene, met, (&bsdf, &past), way);
         self.rays += vertex.add_direct_light(&numbers, self.light);
         self.leave_by(met, &bsdf, &numbers)

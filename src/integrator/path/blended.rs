@@ -164,7 +164,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         self.receive(&found.hit, surface.point.point, bsdf.receiving());
         let numbers = self.light_numbers();
         let (scene, met) = ((world, self.settings), (&found.hit, &surface));
-        let way = (throughput, self.bounce, self.passed);
+        let way = (throughput, self.bounce, self.counted());
         let vertex = self.beside.vertex::<E>(scene, met, (&bsdf, &past), way);
         if is_lit {
             self.rays += vertex.add_direct_light(&numbers, self.light);

@@ -386,7 +386,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             let blockers = world.lights.blockers(world.lights.source(drawn));
             sender.blockers = blockers.unwrap_or(0);
         }
-        let left = (settings.transparent_left(self.passed), &sender);
+        let left = (self.transparent_left(), &sender);
         let ray = (point, light.wi);
         let key = self.sampler.key(Dimension::Opacity, bounce);
         let share = if rules.shines_through() || world.has_priorities() {

@@ -117,7 +117,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                 HeldOut::Object => {}
                 HeldOut::Share => self.add_passing_emission(found),
             }
-            let left = self.settings.transparent_left(self.passed);
+            let left = self.transparent_left();
             let past = self.past();
             let ray = (self.origin, self.asking(&found.hit, &past));
             let numbers = self.numbers(self.sampler);
@@ -130,7 +130,8 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                 }
                 Tinted::Passes(passing) => {
                     self.pass_by(found, &passing);
-                    if left == 0 {
+                    let only_bounds = self.world.only_bounds(&found.hit);
+                    if left == 0 && !only_bounds {
                         self.end(End::Transparent);
                         return false;
                     }
@@ -149,6 +150,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                     self.cross(&found.hit, self.direction);
                     self.light.sink.pass(passing.weight);
                     self.passed += 1;
+                    self.beside.bounds += u32::from(only_bounds);
                     self.beside.tints = (self.bounce, self.tints() + 1);
                     self.beside.left = self.world.strand_of(&found.hit);
                     self.beside.walked += found.hit.distance;
@@ -278,14 +280,14 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         let numbers = (self.sampler, self.bounce);
         let mut hit = if E::EVERYTHING && self.settings.transparent != u32::MAX {
             // Cycles notices the limit when it has passed a surface: one always is.
-            let left = self.settings.transparent.max(1) - self.passed;
+            let left = self.settings.transparent.max(1) - self.counted();
             let met = self
                 .world
                 .intersect_limited::<E>(ray.0, ray.1, self.span, sender, numbers, left);
             match met {
                 Intersection::Surface(hit, more) => {
                     self.passed += more;
-                    self.last |= self.passed > 0 && self.passed >= self.settings.transparent;
+                    self.last |= self.counted() > 0 && self.counted() >= self.settings.transparent;
                     Some(hit)
                 }
                 Intersection::Nothing => None,
@@ -399,7 +401,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                 blockers: lights.blockers(source).unwrap_or(0),
                 ..RayKind::Shadow.into()
             };
-            let left = (settings.transparent_left(self.passed), &sender);
+            let left = (self.transparent_left(), &sender);
             let mut share = match target {
                 _ if world.has_priorities() => {
                     let within = &self.beside.within;

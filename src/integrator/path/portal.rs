@@ -37,7 +37,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         receiver: u8,
     ) {
         let point = surface.point.point;
-        let left = self.settings.transparent_left(self.passed);
+        let left = self.transparent_left();
         if left == 0 || self.beside.portals >= MOST_PORTALS {
             return self.end(End::Transparent);
         }
