@@ -263,7 +263,7 @@ class SceneCheck(EngineTest):
         output = nodes.get_output_node("CYCLES")
         volume = nodes.nodes.new("ShaderNodeVolumePrincipled")
         nodes.links.new(volume.outputs[0], output.inputs["Volume"])
-        nodes.links.new(nodes.nodes.new("ShaderNodeCameraData").outputs["View Distance"], volume.inputs["Density"])
+        nodes.links.new(nodes.nodes.new("ShaderNodeWireframe").outputs[0], volume.inputs["Density"])
         with quiet():
             self.assertEqual(bpy.ops.sundog.check_scene(), {"FINISHED"})
         lost = [v for v in engine.last_verdicts() if v["verdict"] == "lost" and v["kind"] == "material"]
@@ -301,7 +301,7 @@ class SceneCheck(EngineTest):
         volume = material.node_tree.nodes.new("ShaderNodeVolumePrincipled")
         output = material.node_tree.get_output_node("CYCLES")
         material.node_tree.links.new(volume.outputs[0], output.inputs["Volume"])
-        distance = material.node_tree.nodes.new("ShaderNodeCameraData").outputs["View Distance"]
+        distance = material.node_tree.nodes.new("ShaderNodeWireframe").outputs[0]
         material.node_tree.links.new(distance, volume.inputs["Density"])
         lines = said()
         self.assertEqual(len(lines), 1, lines)

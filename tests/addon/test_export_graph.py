@@ -629,7 +629,7 @@ class When(GraphTest):
         written = found.material("m")["extensions"]["SUNDOG_material"]["volume"]["graph"]
         self.assertIn("ShaderNodeVolumeScatter", [n["type"] for n in written["nodes"]])
         # What a volume cannot be asked for is told, and takes nothing else with it.
-        tree.links.new(tree.nodes.new("ShaderNodeCameraData").outputs["View Distance"], volume.inputs["Density"])
+        tree.links.new(tree.nodes.new("ShaderNodeWireframe").outputs[0], volume.inputs["Density"])
         verdict = self.export().verdict("material", "m")
         self.assertEqual(verdict["verdict"], "lost")
         self.assertIn("volume", verdict["detail"])

@@ -685,7 +685,7 @@ class Trees(MaterialTest):
     def test_displacement_and_volume(self):
         scatter, bump = self.node("ShaderNodeVolumeScatter"), self.node("ShaderNodeDisplacement")
         self.join(scatter.outputs[0], self.output.inputs["Volume"])
-        self.join(self.node("ShaderNodeCameraData").outputs["View Distance"], scatter.inputs["Density"])
+        self.join(self.node("ShaderNodeWireframe").outputs[0], scatter.inputs["Density"])
         self.join(bump.outputs[0], self.output.inputs["Displacement"])
         self.written()
         detail = self.verdict()["detail"]

@@ -390,7 +390,7 @@ class World(kit.ExportTest):
         found = self.export()
         self.assertEqual(found.verdict("world", "world")["verdict"], "exact")
         self.assertIn("graph", found.scene()["world"]["volume"])
-        self.join(self.node("ShaderNodeCameraData").outputs["View Distance"], scatter.inputs["Density"])
+        self.join(self.node("ShaderNodeWireframe").outputs[0], scatter.inputs["Density"])
         verdict = self.export().verdict("world", "world")
         self.assertEqual(verdict["verdict"], "lost")
         self.assertIn("volume", verdict["detail"])
