@@ -258,7 +258,7 @@ impl Candidates {
         let margin = Lanes::splat(ANGLE_MARGIN);
         let smallest = Lanes::splat(f32::MIN_POSITIVE);
         let at = Lanes3::splat(point);
-        let to = Lanes3([0, 1, 2].map(|axis| self.center.0[axis] - at.0[axis]));
+        let to = self.center.minus(&at);
         let d2 = to.dot(&to);
         let per_d2 = Lanes::ONE / d2.fast_max(smallest);
         let per_d = per_d2.sqrt();

@@ -15,6 +15,7 @@ use super::{Instance, Light, LightKind, Mesh, Scene};
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
+use std::cell::LazyCell;
 use std::collections::BTreeMap;
 
 /// What lies on a triangle.
@@ -132,7 +133,8 @@ pub fn find(scene: &Scene) -> Coincident {
         },
         || rayon::join(|| twins::find(scene), || turned::find(scene)),
     );
-    let instanced = instanced(scene);
+    // Most scenes have no such faces.
+    let instanced = LazyCell::new(|| instanced(scene));
     for group in flats.chunk_by(|a, b| a.plane == b.plane) {
         for number in overlapping(group, |_, _| true) {
             let flat = &group[number];

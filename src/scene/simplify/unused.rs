@@ -118,16 +118,16 @@ pub fn images(scene: &mut Scene, left_out: &mut Vec<LeftOut>) {
 
 /// Gives the images other numbers wherever something refers to them.
 pub fn rename_images(scene: &mut Scene, mut name: impl FnMut(ImageId) -> ImageId) {
-    let media = scene.materials.iter_mut().filter_map(|m| m.medium.as_mut());
-    let volumes = media.chain(&mut scene.medium);
-    let volumes: Vec<_> = volumes.filter_map(|m| m.varying.as_deref_mut()).collect();
-    for texture in volumes.into_iter().flat_map(Graph::textures_mut) {
+    let of_materials = scene.materials.iter_mut().flat_map(|material| {
+        let volume = material
+            .medium
+            .as_mut()
+            .and_then(|m| m.varying.as_deref_mut());
+        std::iter::once(&mut material.graph).chain(volume)
+    });
+    let of_world = scene.medium.as_mut().and_then(|m| m.varying.as_deref_mut());
+    for texture in of_materials.chain(of_world).flat_map(Graph::textures_mut) {
         texture.image = name(texture.image);
-    }
-    for material in &mut scene.materials {
-        for texture in material.graph.textures_mut() {
-            texture.image = name(texture.image);
-        }
     }
     if let Some(image) = scene.environment.as_mut().and_then(|e| e.image.as_mut()) {
         *image = name(*image);
