@@ -178,7 +178,9 @@ impl<K: BsdfFeatures> Bsdf<K> {
                 };
                 let place = (strand.tangent, self.normals().geometric, strand.across);
                 let lobe = Chiang::new(weight, &of, place, self.wo(), (least, is_masked));
-                self.add(Lobe::Chiang(lobe), lobe.albedo());
+                if lobe.lets_in(of.ior) {
+                    self.add(Lobe::Chiang(lobe), lobe.albedo());
+                }
             }
             HairModel::Huang => {
                 let mut number = |socket: usize| at.number(&sockets[socket]).max(0.0);
@@ -199,7 +201,9 @@ impl<K: BsdfFeatures> Bsdf<K> {
                     ..FibrePlace::of(&strand, self.normals().smooth)
                 };
                 let lobe = Huang::new(weight, &of, &place, self.wo(), tables.solid.as_ref());
-                if of.ways != Vec3::ZERO && !lobe.is_beside() {
+                // Without an index Cycles divides by 0, and the fibre is black.
+                let has_index = of.ior > fresnel::LEAST_IOR;
+                if of.ways != Vec3::ZERO && !lobe.is_beside() && has_index {
                     self.add(Lobe::Huang(lobe), lobe.albedo() * weight);
                 }
             }

@@ -221,11 +221,14 @@ impl Fresnel {
     }
 }
 
+/// The least index of refraction that is calculated with.
+pub const LEAST_IOR: f32 = 1e-4;
+
 /// The index of refraction that is calculated with: above 0, as in Cycles, where what is less reflects all but what comes straight on;
 /// beyond 1e4, where F0 is within 4e-4 of 1, f32 has no digits left for what is transmitted.
 #[inline]
 pub fn bounded_ior(ior: f32) -> f32 {
-    ior.clamp(1e-4, 1e4)
+    ior.clamp(LEAST_IOR, 1e4)
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ Cycles shows, and four times the difference. tests/addon/parity_table.py makes d
 
 Nodes of values are shown by an emission on sheets of 8 × 8 faces that carry their numbers as attributes, one sample a face,
 so that both programs compute with the same bits. Nodes that look at the place are shown so on balls, by rays through the
-pixels' middles. Shaders are balls below a grey world and a sun, far apart in depth, so that no light goes from one to another:
+pixels' middles. Shaders are balls (those of hair: bent strands) below a grey world and a sun, far apart in depth, so that no light goes from one to another:
 two pictures of independent noise by each program, of whose differences the product is the squared difference without noise.
 """
 
@@ -107,7 +107,6 @@ def sheets(materials):
 
 def balls(materials, step):
     """A ball for each material, as far apart in depth."""
-    columns, rows = layout(len(materials))
     bpy.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=24, radius=0.46)
     first = bpy.context.object
     first.data.shade_smooth()
@@ -119,18 +118,41 @@ def balls(materials, step):
     tint = first.data.color_attributes.new("tint", "FLOAT_COLOR", "POINT")
     colors = numpy.concatenate([unit.reshape(-1, 3) + 0.5, numpy.full((count, 1), 0.6)], axis=1)
     tint.data.foreach_set("color", colors.astype(numpy.float32).ravel())
+    return placed(first, materials, step)
+
+
+def strands(materials, step):
+    """Bent strands for each material, as far apart in depth."""
+    count, keys = 9, 6
+    along = numpy.linspace(0, 1, keys)
+    x = numpy.linspace(-0.38, 0.38, count)[:, None] + 0.02 * numpy.sin(7 * along)
+    y, z = numpy.broadcast_to(0.9 * along - 0.45, x.shape), 0.1 * numpy.sin(5 * along + numpy.arange(count)[:, None])
+    data = bpy.data.hair_curves.new("strands")
+    data.add_curves([keys] * count)
+    data.attributes["position"].data.foreach_set("vector", numpy.stack([x, y, z], axis=-1).astype(numpy.float32).ravel())
+    radius = data.attributes.get("radius") or data.attributes.new("radius", "FLOAT", "POINT")
+    radius.data.foreach_set("value", numpy.full(count * keys, 0.04, numpy.float32))
+    first = bpy.data.objects.new("strands", data)
+    bpy.context.scene.collection.objects.link(first)
+    bpy.context.scene.cycles_curves.shape = "THICK"
+    return placed(first, materials, step)
+
+
+def placed(first, materials, step):
+    """An object and others of its data, each with a material, in columns and rows."""
+    columns, rows = layout(len(materials))
     first.data.materials.append(None)
     for number, material in enumerate(materials):
-        ball = first if number == 0 else bpy.data.objects.new(f"ball {number}", first.data)
+        made = first if number == 0 else bpy.data.objects.new(f"{first.name} {number}", first.data)
         if number:
-            bpy.context.scene.collection.objects.link(ball)
+            bpy.context.scene.collection.objects.link(made)
         # No two neighbours are at similar depths, where light could go from one to another.
         depth = (number * 37 % STEPS - STEPS / 2) * step
-        ball.location = (number % columns + 0.5, number // columns + 0.5, depth)
-        ball.rotation_euler, ball.scale = (0.5, 0.3, 0.2), (1.0, 0.9, 0.8)
-        ball.pass_index, ball.color = number % 7, (0.2, 0.5, 0.7, 1)
-        ball.material_slots[0].link = "OBJECT"
-        ball.material_slots[0].material = material
+        made.location = (number % columns + 0.5, number // columns + 0.5, depth)
+        made.rotation_euler, made.scale = (0.5, 0.3, 0.2), (1.0, 0.9, 0.8)
+        made.pass_index, made.color = number % 7, (0.2, 0.5, 0.7, 1)
+        made.material_slots[0].link = "OBJECT"
+        made.material_slots[0].material = material
     return columns, rows, 1
 
 
@@ -142,7 +164,10 @@ def scene_of(tiles, tree):
     names = [f"t{number}" for number in range(len(tiles))]
     materials = [tree(tile, name).material for tile, name in zip(tiles, names)]
     apart = 0.0 if kind in PLACES else FAR_STEP if shines(tiles[0]) else STEP
-    columns, rows, step = sheets(materials) if kind == "sheet" else balls(materials, apart)
+    if kind == "sheet":
+        columns, rows, step = sheets(materials)
+    else:
+        columns, rows, step = (strands if kind == "strands" else balls)(materials, apart)
     scene = bpy.context.scene
     camera = bpy.data.cameras.new("camera")
     camera.type, camera.ortho_scale = "ORTHO", max(columns, rows) * step
@@ -311,7 +336,7 @@ def _some(numbers, tiles, samples, found, shown, say):
 
 def shines(tile):
     """Whether a shader gives light, of which others would see something."""
-    return tile.kind == "shader" and ("Emission" in tile.node or "Hair" in tile.node or any("Emission" in name for name, _ in tile.inputs))
+    return tile.kind == "shader" and ("Emission" in tile.node or any("Emission" in name for name, _ in tile.inputs))
 
 
 def contact_sheet(path, shown):

@@ -20,6 +20,9 @@ OF_PLACES = {
 # Of these the ones that ask by random rays, whose mean is shown.
 OF_RAYS = {"AmbientOcclusion", "Bevel"}
 
+# Shaders of hair, which are shown on strands.
+OF_STRANDS = {"BsdfHair", "BsdfHairPrincipled"}
+
 # No node of a surface's colours: what ends a tree, and what holds other trees.
 NOT_SHOWN = {
     "OutputMaterial": "the end of a tree",
@@ -64,7 +67,7 @@ class Tile(typing.NamedTuple):
     inputs: tuple
     # The output's identifier.
     output: str
-    # sheet, ball, shader or displacement.
+    # sheet, ball, rays, shader, strands, volume or displacement.
     kind: str
 
     @property
@@ -225,6 +228,8 @@ def kind_of(kind, output):
     """Where an output is shown."""
     if kind in {"Displacement", "VectorDisplacement"}:
         return "displacement"
+    if kind in OF_STRANDS:
+        return "strands"
     if output.type == "SHADER":
         return "volume" if kind.startswith("Volume") else "shader"
     if kind in OF_RAYS:

@@ -220,6 +220,11 @@ impl Chiang {
         }
     }
 
+    /// Whether light of the view's lean gets into a fibre of an index. Where none does Cycles divides 0 by 0, and the fibre is black.
+    pub fn lets_in(&self, ior: f32) -> bool {
+        self.leans[WAYS - 1].x.abs() < ior
+    }
+
     /// What denoisers and passes take for its colour.
     pub fn albedo(&self) -> Vec3 {
         self.albedo * self.weight

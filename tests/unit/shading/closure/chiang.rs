@@ -153,3 +153,17 @@ fn masked_light_is_taken_away() {
     }
     assert!((8..56).contains(&lost), "{lost}");
 }
+
+/// Of an index below 1 nothing gets in where the view leans more than its critical angle.
+#[test]
+fn fibres_thinner_than_air_have_a_critical_lean() {
+    let lets_in = |lean: f32, ior: f32| {
+        let wo = Vec3::new(lean.sin(), 0.0, lean.cos());
+        let fibre = Fibre { ior, ..WHITE };
+        Chiang::new(Vec3::ONE, &fibre, (Vec3::X, Vec3::Z, 0.0), wo, (0.0, false)).lets_in(ior)
+    };
+    assert!(lets_in(1.5, 1.0) && lets_in(-1.5, 1.55));
+    let critical = 0.7f32.asin();
+    assert!(lets_in(critical - 1e-3, 0.7) && !lets_in(critical + 1e-3, 0.7));
+    assert!(!lets_in(-critical - 1e-3, 0.7));
+}
