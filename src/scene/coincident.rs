@@ -11,7 +11,7 @@ mod seen;
 mod turned;
 mod twins;
 
-use super::{Instance, Light, LightKind, Mesh, Scene};
+use super::{Instance, Light, LightKind, Mesh, Scene, own_space};
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
@@ -134,7 +134,7 @@ pub fn find(scene: &Scene) -> Coincident {
         || rayon::join(|| twins::find(scene), || turned::find(scene)),
     );
     // Most scenes have no such faces.
-    let instanced = LazyCell::new(|| instanced(scene));
+    let instanced = LazyCell::new(|| own_space::stays(scene));
     for group in flats.chunk_by(|a, b| a.plane == b.plane) {
         for number in overlapping(group, |_, _| true) {
             let flat = &group[number];
@@ -181,23 +181,6 @@ impl Coincident {
             *overlap = Overlap::Turned;
         }
     }
-}
-
-/// By instance, whether Cycles leaves its mesh in its own space: others share it, or light goes on below its surface.
-fn instanced(scene: &Scene) -> Vec<bool> {
-    let mut users = vec![0u32; scene.meshes.len()];
-    for instance in &scene.instances {
-        users[instance.mesh.0 as usize] += 1;
-    }
-    let goes_below: Vec<bool> = (scene.materials.iter())
-        .map(|material| material.graph.goes_below())
-        .collect();
-    let is_instanced = |instance: &Instance| {
-        let material = mesh_of(scene, instance).material;
-        users[instance.mesh.0 as usize] > 1
-            || material.is_some_and(|id| goes_below.get(id.0 as usize) == Some(&true))
-    };
-    scene.instances.iter().map(is_instanced).collect()
 }
 
 fn mesh_of<'a>(scene: &'a Scene, instance: &Instance) -> &'a Mesh {

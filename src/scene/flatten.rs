@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use glam::{DMat3, DVec3};
 
-use super::{Mesh, MeshId, Scene};
+use super::{Mesh, MeshId, Scene, own_space};
 
 /// What is flattened may have so many triangles more than the scene's meshes have.
 const SPARE: usize = 1 << 20;
@@ -30,7 +30,8 @@ pub(super) fn directions(m: &DMat3) -> usize {
 }
 
 /// Gives objects that are flat but have an area meshes of their own, in place of the transform. What becomes a line or a point
-/// is left for `validate` to leave out, as are copies beyond all proportion.
+/// is left for `validate` to leave out, as are copies beyond all proportion. So is what Cycles does not show: it turns rays into the
+/// space of a mesh that stays there, by a transform that does not exist.
 pub(super) fn flatten(scene: &mut Scene) {
     let mut left = SPARE
         + scene
@@ -39,11 +40,19 @@ pub(super) fn flatten(scene: &mut Scene) {
             .map(|m| m.triangles.len())
             .sum::<usize>();
     let mut made: HashMap<(MeshId, [u64; 9]), Option<MeshId>> = HashMap::new();
-    for instance in &mut scene.instances {
-        let m = instance.world_from_object.matrix3;
-        if !instance.world_from_object.is_finite() || directions(&m) != 2 {
+    let is_from_blender = scene.is_from_blender();
+    // Most scenes have none.
+    let mut stays = None;
+    for number in 0..scene.instances.len() {
+        let place = scene.instances[number].world_from_object;
+        let m = place.matrix3;
+        if !place.is_finite() || directions(&m) != 2 {
             continue;
         }
+        if is_from_blender && stays.get_or_insert_with(|| own_space::stays(scene))[number] {
+            continue;
+        }
+        let instance = &mut scene.instances[number];
         let Some(mesh) = scene.meshes.get(instance.mesh.0 as usize) else {
             continue;
         };

@@ -23,6 +23,7 @@ mod medium;
 mod metallic_roughness;
 mod motion;
 mod nesting;
+mod own_space;
 mod settings;
 mod simplify;
 mod strands;
@@ -275,6 +276,8 @@ pub struct ObjectInfo {
     pub values: Arc<[[f32; 4]]>,
     /// Blender's Shadow Terminator, Shading Offset: 0 to 1.
     pub shading_offset: f32,
+    /// Blender has a mesh for it alone, though others have an equal one and the file shares it.
+    pub own_mesh: bool,
 }
 
 impl Default for ObjectInfo {
@@ -287,6 +290,7 @@ impl Default for ObjectInfo {
             links: Links::default(),
             values: Arc::default(),
             shading_offset: 0.0,
+            own_mesh: false,
         }
     }
 }

@@ -67,6 +67,7 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
 
 /// Drops instances that show nothing or cannot be placed.
 fn clean_instances(scene: &mut Scene, diagnostics: &mut Diagnostics) {
+    let is_from_blender = scene.is_from_blender();
     let meshes = &scene.meshes;
     // The largest coordinate of each mesh.
     let farthest: Vec<f32> = meshes
@@ -94,7 +95,7 @@ fn clean_instances(scene: &mut Scene, diagnostics: &mut Diagnostics) {
             return false;
         }
         let (name, place) = (&instance.name, &instance.world_from_object);
-        let kept = has_volume(place, name, diagnostics)
+        let kept = has_volume(place, name, is_from_blender, diagnostics)
             && is_within_reach(farthest[id], place, name, diagnostics);
         if kept {
             report_tiny(
@@ -344,7 +345,12 @@ impl Direction for DAffine3 {
 }
 
 /// Whether an instance's transform can be inverted, in a way that does not depend on its scale.
-fn has_volume(transform: &DAffine3, name: &str, diagnostics: &mut Diagnostics) -> bool {
+fn has_volume(
+    transform: &DAffine3,
+    name: &str,
+    is_from_blender: bool,
+    diagnostics: &mut Diagnostics,
+) -> bool {
     if !transform.is_finite() {
         diagnostics.report(
             "bad-transform",
@@ -355,19 +361,20 @@ fn has_volume(transform: &DAffine3, name: &str, diagnostics: &mut Diagnostics) -
         );
         return false;
     }
-    // What keeps a plane has become a mesh of its own before, if it has an area.
-    let flat = directions(&transform.matrix3) < 3;
-    if flat {
-        // It would show nothing.
-        diagnostics.report(
-            "singular-transform",
-            Verdict::Exact,
-            "object scaled to a line or to a point",
-            name,
-            "left out",
-        );
+    // What keeps a plane has become a mesh of its own before, if it has an area and Cycles shows it.
+    let directions = directions(&transform.matrix3);
+    if directions < 3 {
+        let (what, how) = match directions {
+            2 if is_from_blender => (
+                "object scaled to a plane, whose mesh others share, moves, or lets light below its surface",
+                "left out, as in Cycles",
+            ),
+            2 => ("object scaled to a plane", "left out"),
+            _ => ("object scaled to a line or to a point", "left out"),
+        };
+        diagnostics.report("singular-transform", Verdict::Exact, what, name, how);
     }
-    !flat
+    directions == 3
 }
 
 /// Distances up to this many metres have squares that an f32 holds.

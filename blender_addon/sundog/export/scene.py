@@ -2,6 +2,7 @@
 """Puts a scene together: walks the depsgraph's instances, and writes nodes for meshes, lights and the camera."""
 
 import array
+import collections
 import hashlib
 import math
 import os
@@ -55,6 +56,11 @@ class _Place:
         for row in instance.matrix_world:
             self.matrices.extend(row)
 
+    def extend(self, other):
+        """Adds all of another."""
+        self.names += other.names
+        self.matrices.extend(other.matrices)
+
     def only(self):
         """As `node_matrix`, of the only one."""
         # Zeros have no sign.
@@ -62,11 +68,17 @@ class _Place:
         return [c + 0.0 for column in range(4) for c in (x[column], z[column], -y[column], w[column])]
 
 
-class _Described:
-    """An object that another shows: its glTF mesh, and the SUNDOG_object that all its instances have."""
+def _owner(shown):
+    """Whose mesh it is in Cycles: the data's, or the object's own where a material is linked to that."""
+    is_own = any(slot.link == "OBJECT" for slot in shown.material_slots)
+    return (shown if is_own else shown.data).as_pointer()
 
-    def __init__(self, name, mesh, extension):
-        self.name, self.mesh, self.extension = name, mesh, extension
+
+class _Described:
+    """An object that another shows: its glTF mesh, whose that is in Cycles, and the SUNDOG_object that all its instances have."""
+
+    def __init__(self, name, mesh, owner, extension):
+        self.name, self.mesh, self.owner, self.extension = name, mesh, owner, extension
         # Where its instances stand, if nothing but that is their own.
         self.place = None
 
@@ -196,9 +208,9 @@ class Exporter:
         if own:
             extension = {**(extension or {}), **own}
         extension = self._labelled(shown, extension)
-        described = _Described(shown.name, mesh, extension)
+        described = _Described(shown.name, mesh, _owner(shown), extension)
         if mesh not in self._informed and not self._asked.get(mesh) and self.motion is None:
-            described.place = self._placed.setdefault((mesh, str(extension)), _Place(extension))
+            described.place = self._placed.setdefault((mesh, str(extension), described.owner), _Place(extension))
         return described
 
     def _place(self, instance, parent, described):
@@ -220,7 +232,7 @@ class Exporter:
             extension = {**(extension or {}), "motion": [node_matrix(matrix) for matrix in moving]}
             self._add_object(name, mesh, node_matrix(instance.matrix_world), extension)
             return
-        self._placed.setdefault((mesh, str(extension)), _Place(extension)).add(name, instance)
+        self._placed.setdefault((mesh, str(extension), described.owner), _Place(extension)).add(name, instance)
 
     def _labelled(self, shown, extension):
         """The SUNDOG_object with what passes tell of the object."""
@@ -445,8 +457,26 @@ class Exporter:
         self._asked[index] = set().union(*(material.values for material in exported.values()))
         return index
 
+    def _by_sharing(self):
+        """(mesh, places) of all objects. Of equal meshes the file has one; what Cycles has one for alone says so."""
+        users, owners = collections.Counter(), collections.defaultdict(set)
+        for (mesh, _, owner), place in self._placed.items():
+            users[mesh, owner] += len(place.names)
+            owners[mesh].add(owner)
+        joined = {}
+        for (mesh, words, owner), place in self._placed.items():
+            is_own = len(owners[mesh]) > 1 and users[mesh, owner] == 1
+            key = mesh, words, is_own
+            if key in joined:
+                joined[key].extend(place)
+                continue
+            if is_own:
+                place.extension = {**(place.extension or {}), "own_mesh": True}
+            joined[key] = place
+        return [(mesh, place) for (mesh, _, _), place in joined.items()]
+
     def _write_placed(self):
-        for (mesh, _), place in self._placed.items():
+        for mesh, place in self._by_sharing():
             extension, names = place.extension, place.names
             if len(names) == 1 and not self._shines(mesh) and all(map(math.isfinite, place.matrices)):
                 # Most of those that have something of their own.

@@ -379,6 +379,8 @@ pub(super) struct SundogObject {
     pub pass_index: Option<f32>,
     pub random: Option<f32>,
     pub shading_offset: Option<f32>,
+    #[serde(default)]
+    pub own_mesh: bool,
     pub asset: Option<String>,
     #[serde(flatten)]
     pub links: LinksJson,
@@ -405,6 +407,7 @@ impl SundogObject {
                 .shading_offset
                 .filter(|offset| (0.0..=1.0).contains(offset))
                 .unwrap_or(plain.shading_offset),
+            own_mesh: self.own_mesh,
         }
     }
 }
