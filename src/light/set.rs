@@ -38,6 +38,8 @@ pub struct LightSet {
     emissive: EmissiveTriangles,
     /// Lights at infinity: the environment first, then suns.
     infinite: Vec<InfiniteLight>,
+    /// Some of them is looked for, so that finite ones are compared with it.
+    compares: bool,
     /// Numbers of lamps and of suns among the scene's lights.
     in_scene: (Vec<u32>, Vec<u32>),
     groups: LightGroups,
@@ -128,6 +130,7 @@ impl LightSetBuilder {
                 camera_sees_lamps: false,
                 emissive: EmissiveTriangles::default(),
                 infinite: Vec::new(),
+                compares: false,
                 in_scene: (Vec::new(), Vec::new()),
                 groups,
                 linking: None,
@@ -221,6 +224,7 @@ impl LightSetBuilder {
         };
         set.infinite.extend(self.suns);
         set.leave_even_sky_to_bsdf();
+        set.compares = set.infinite.iter().any(|light| light.estimate > 0.0);
         if set.sized.len() > IN_A_ROW {
             set.finder = Some(Finder::new(&set.lights, &set.sized, device)?);
         }
@@ -237,9 +241,10 @@ impl LightSetBuilder {
                 let source = set.source(Drawn::Finite(number));
                 (source, set.number_in_scene(source), bounds)
             });
-            let infinite = set.infinite.iter();
-            let infinite = infinite.map(|i| (i.source, set.number_in_scene(i.source), i.estimate));
-            linking.prepare(&finite.collect::<Vec<_>>(), &infinite.collect::<Vec<_>>());
+            let infinite =
+                |i: &InfiniteLight| (i.source, set.number_in_scene(i.source), i.estimate);
+            let infinite: Vec<_> = set.infinite.iter().map(infinite).collect();
+            linking.prepare(&finite.collect::<Vec<_>>(), &infinite);
             set.linking = Some(linking);
         }
         set.sampler = LightSampler::new(bounds);
@@ -289,20 +294,13 @@ impl LightSet {
     /// Makes a context the one of a point that is to be lit: in place, as it is large.
     #[inline]
     pub fn context_into(&self, at: &mut LightSampleContext, point: Vec3, normal: Option<Vec3>) {
-        let compared = !self.infinite.is_empty();
         (at.point, at.normal) = (point, normal);
         (at.facing, at.clamps) = (None, true);
         let sampler = self.sampler_for(at.receiver);
-        sampler.pmf_into(&mut at.pmf, point, normal, compared);
-        at.groups = Groups {
-            sum: 1.0,
-            count: 1.0,
-            finite: 1.0,
-        };
-        if compared {
+        sampler.pmf_into(&mut at.pmf, point, normal, self.compares);
+        if self.compares {
             let finite = at.pmf.sum.min(MOST);
-            let groups = &mut at.groups;
-            *groups = Groups {
+            let mut groups = Groups {
                 sum: finite,
                 count: f32::from(finite > 0.0),
                 finite,
@@ -312,6 +310,7 @@ impl LightSet {
                 groups.sum += estimate;
                 groups.count += f32::from(estimate > 0.0);
             }
+            at.groups = groups;
         }
     }
 
@@ -359,8 +358,8 @@ impl LightSet {
     /// Whether a light reaches a set of receivers.
     #[cold]
     pub fn reaches(&self, source: Source, receiver: u8) -> bool {
-        let linking = self.linking.as_deref();
-        linking.is_none_or(|l| l.reaches(source, self.number_in_scene(source), receiver))
+        (self.linking.as_deref())
+            .is_none_or(|l| l.reaches(source, self.number_in_scene(source), receiver))
     }
 
     /// Mask of the rays that look for a light's blockers, if it has some of its own.
@@ -374,8 +373,8 @@ impl LightSet {
     /// estimate can starve a group.
     #[inline]
     fn group_probability(&self, group: Group, at: &LightSampleContext) -> f32 {
-        if self.infinite.is_empty() {
-            return 1.0;
+        if !self.compares {
+            return f32::from(group == Group::Finite);
         }
         let Groups { sum, count, finite } = at.groups;
         let estimate = match group {
@@ -390,7 +389,7 @@ impl LightSet {
 
     #[inline(always)]
     fn choose_group(&self, at: &LightSampleContext, u: f32) -> Option<(Group, f32, f32)> {
-        if self.infinite.is_empty() {
+        if !self.compares {
             return Some((Group::Finite, 1.0, u));
         }
         let mut u = u;
