@@ -343,7 +343,7 @@ fn beyond(called_for: EnumSet<Effect>, wanted: EnumSet<Effect>) -> Vec<String> {
 /// Paths that go on from the first vertex where there is even fog: light comes to it from all around. So many have the least variance
 /// for their time, but for a few per cent; media that vary do not gain (docs/notes/cost-of-accuracy.md).
 const FOG_BRANCHES: Branches = Branches {
-    at_surface: 2,
+    at_surface: 4,
     in_medium: 4,
 };
 

@@ -65,6 +65,40 @@ class Coincident(kit.ExportTest):
             for shown in list(bpy.data.meshes):
                 bpy.data.meshes.remove(shown)
 
+    def test_equal_meshes_of_modified_objects_are_not_shared_in_cycles(self):
+        """A third object has an equal mesh: at this height rounding would decide, if all of them shared one."""
+        for x in (0, 0, 100):
+            shown = self.plane(8, -1.2)
+            shown.location[0] += x
+            shown.data = bpy.data.meshes.get("all") or shown.data
+            shown.data.name = "all"
+            shown.modifiers.new("array", "ARRAY").count = 2
+        ours, cycles, found = self.means()
+        objects = [node for node in found.root["nodes"] if "mesh" in node]
+        self.assertEqual([node["extensions"]["SUNDOG_object"]["own_mesh"] for node in objects], [True] * 3)
+        self.assertEqual(len({node["mesh"] for node in objects}), 1)
+        print(f"{ours:.4f}, Cycles {cycles:.4f}", flush=True)
+        # Only the sky is left, and what of it such planes reflect at their edges.
+        self.assertLess(abs(ours / cycles - 1), 0.01)
+
+    def test_what_is_pressed_flat_is_seen_where_cycles_applies_the_transform(self):
+        floor = self.plane(8, -0.5)
+        floor.data.materials[0] = kit.material("floor", Base_Color=(0.1, 0.3, 0.1, 1))
+        bare = self.means()
+        flat = self.plane(2, 0.2)
+        flat.rotation_euler, flat.scale = (0, 0.5, 0), (1, 0, 1)
+        for _ in range(2):
+            flat.data.transform(mathutils.Matrix.Rotation(0.9, 4, "X"))
+        alone = self.means()
+        other = bpy.data.objects.new("other", flat.data)
+        other.location = (0, 0, -100)
+        self.scene.collection.objects.link(other)
+        shared = self.means()
+        for (ours, cycles, _), is_seen in ((alone, True), (shared, False)):
+            print(f"{ours / bare[0]:.4f}, Cycles {cycles / bare[1]:.4f}", flush=True)
+            self.assertLess(abs(ours / cycles - 1), 0.01)
+            self.assertEqual(abs(cycles / bare[1] - 1) > 0.01, is_seen)
+
     def test_of_two_in_one_place_the_later_is_seen(self):
         def ball(name, color, shines):
             bpy.ops.mesh.primitive_uv_sphere_add(segments=32, ring_count=16, radius=1.5, rotation=(0.2, 0.1, 0))
