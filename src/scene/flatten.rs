@@ -1,7 +1,7 @@
 //! Objects that their transform presses flat: a transform that cannot be inverted is none that rays follow, so that they
 //! get meshes of their own that are flat by themselves.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::{DMat3, DVec3};
 
@@ -31,8 +31,9 @@ pub(super) fn directions(m: &DMat3) -> usize {
 
 /// Gives objects that are flat but have an area meshes of their own, in place of the transform. What becomes a line or a point
 /// is left for `validate` to leave out, as are copies beyond all proportion. So is what Cycles does not show: it turns rays into the
-/// space of a mesh that stays there, by a transform that does not exist.
-pub(super) fn flatten(scene: &mut Scene) {
+/// space of a mesh that stays there, by a transform that does not exist. Returns the numbers of these instances.
+pub(super) fn flatten(scene: &mut Scene) -> HashSet<usize> {
+    let mut hidden = HashSet::new();
     let mut left = SPARE
         + scene
             .meshes
@@ -50,6 +51,7 @@ pub(super) fn flatten(scene: &mut Scene) {
             continue;
         }
         if is_from_blender && stays.get_or_insert_with(|| own_space::stays(scene))[number] {
+            hidden.insert(number);
             continue;
         }
         let instance = &mut scene.instances[number];
@@ -82,6 +84,7 @@ pub(super) fn flatten(scene: &mut Scene) {
             instance.world_from_object.matrix3 = DMat3::IDENTITY;
         }
     }
+    hidden
 }
 
 /// A mesh under a transform that keeps a plane.

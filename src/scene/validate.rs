@@ -2,6 +2,7 @@
 //! file it came from.
 
 use glam::{DAffine3, DVec3, Vec3};
+use std::collections::HashSet;
 
 use super::area;
 use super::flatten::directions;
@@ -22,7 +23,7 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
     for material in &mut scene.materials {
         clean_material(material, images, diagnostics);
     }
-    super::flatten::flatten(scene);
+    let hidden = super::flatten::flatten(scene);
     let mut tally = Tally::default();
     let displaces = scene
         .materials
@@ -48,7 +49,7 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
     }
     tally.report(diagnostics);
     super::motion::clean(scene, diagnostics);
-    clean_instances(scene, diagnostics);
+    clean_instances(scene, &hidden, diagnostics);
     duplicate_triangles::leave_out_across(scene).report(
         diagnostics,
         "shining-twins-of-others",
@@ -66,8 +67,7 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
 }
 
 /// Drops instances that show nothing or cannot be placed.
-fn clean_instances(scene: &mut Scene, diagnostics: &mut Diagnostics) {
-    let is_from_blender = scene.is_from_blender();
+fn clean_instances(scene: &mut Scene, hidden: &HashSet<usize>, diagnostics: &mut Diagnostics) {
     let meshes = &scene.meshes;
     // The largest coordinate of each mesh.
     let farthest: Vec<f32> = meshes
@@ -79,7 +79,11 @@ fn clean_instances(scene: &mut Scene, diagnostics: &mut Diagnostics) {
                 .fold(0.0f32, |largest, c| largest.max(c.abs()))
         })
         .collect();
+    let mut numbers = 0..;
     scene.instances.retain(|instance| {
+        let is_hidden = numbers
+            .next()
+            .is_some_and(|number| hidden.contains(&number));
         let id = instance.mesh.0 as usize;
         let Some(mesh) = meshes.get(id) else {
             diagnostics.report(
@@ -95,7 +99,7 @@ fn clean_instances(scene: &mut Scene, diagnostics: &mut Diagnostics) {
             return false;
         }
         let (name, place) = (&instance.name, &instance.world_from_object);
-        let kept = has_volume(place, name, is_from_blender, diagnostics)
+        let kept = has_volume(place, name, is_hidden, diagnostics)
             && is_within_reach(farthest[id], place, name, diagnostics);
         if kept {
             report_tiny(
@@ -348,7 +352,7 @@ impl Direction for DAffine3 {
 fn has_volume(
     transform: &DAffine3,
     name: &str,
-    is_from_blender: bool,
+    is_hidden: bool,
     diagnostics: &mut Diagnostics,
 ) -> bool {
     if !transform.is_finite() {
@@ -362,19 +366,19 @@ fn has_volume(
         return false;
     }
     // What keeps a plane has become a mesh of its own before, if it has an area and Cycles shows it.
-    let directions = directions(&transform.matrix3);
-    if directions < 3 {
-        let (what, how) = match directions {
-            2 if is_from_blender => (
+    let is_flat = directions(&transform.matrix3) < 3;
+    if is_flat {
+        let (what, how) = if is_hidden {
+            (
                 "object scaled to a plane, whose mesh others share, moves, or lets light below its surface",
                 "left out, as in Cycles",
-            ),
-            2 => ("object scaled to a plane", "left out"),
-            _ => ("object scaled to a line or to a point", "left out"),
+            )
+        } else {
+            ("object scaled to a line or to a point", "left out")
         };
         diagnostics.report("singular-transform", Verdict::Exact, what, name, how);
     }
-    directions == 3
+    !is_flat
 }
 
 /// Distances up to this many metres have squares that an f32 holds.

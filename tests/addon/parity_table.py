@@ -15,8 +15,7 @@ REASONS = {
     ("Bevel", "Radius high"): "Cycles' points lie otherwise: with its setting Tabulated Sobol in the place of Blue-Noise these rows agree (0.6 %)",
     ("BsdfPrincipled", "Coat"): "noise of the sun's highlight in a coat",
     ("BsdfPrincipled", "Subsurface"): "Cycles' walks lose light away from the origin; at it both agree within 0.1 %",
-    ("BsdfHair", ""): "on balls, which are no strands: in two rows Cycles' means are -263 and 88; textured tangents were not looked into",
-    ("BsdfHairPrincipled", ""): "on balls, which are no strands: in four rows Cycles' means are from -2e14 to 2e23; IOR and roughness at their least, Offset at its largest and Coat were not looked into",
+    ("BsdfHairPrincipled", "IOR low"): "an index of 0, where Cycles divides by it",
     ("SubsurfaceScattering", ""): "Cycles' walks lose light away from the origin; at it both agree within 0.4 %",
 }
 
@@ -27,7 +26,7 @@ shader node every choice of its menus, every socket at a low, middle and high va
 menus; pairs of the Principled BSDF's sockets. Sundog renders what the add-on exports, Cycles is that of the same Blender.
 
 Bars: the mean within 1 %, relMSE below 1e-3, of textures below 1e-5. Values are shown by an emission, at points known to the
-bit; nodes that look at the place on balls; shaders on balls below a grey world and a sun, with the noise cancelled
+bit; nodes that look at the place on balls; shaders on balls (of hair: on strands) below a grey world and a sun, with the noise cancelled
 (the product of the differences of two independent pairs of pictures). Rows that miss are looked at with more samples.
 What the add-on flattens counts as a miss; what it tells of trees that are evaluated does not, and stands as "told".
 
