@@ -78,7 +78,6 @@ class Coincident(kit.ExportTest):
         self.assertEqual([node["extensions"]["SUNDOG_object"]["own_mesh"] for node in objects], [True] * 3)
         self.assertEqual(len({node["mesh"] for node in objects}), 1)
         print(f"{ours:.4f}, Cycles {cycles:.4f}", flush=True)
-        # Only the sky is left, and what of it such planes reflect at their edges.
         self.assertLess(abs(ours / cycles - 1), 0.01)
 
     def test_what_is_pressed_flat_is_seen_where_cycles_applies_the_transform(self):
@@ -87,8 +86,7 @@ class Coincident(kit.ExportTest):
         bare = self.means()
         flat = self.plane(2, 0.2)
         flat.rotation_euler, flat.scale = (0, 0.5, 0), (1, 0, 1)
-        for _ in range(2):
-            flat.data.transform(mathutils.Matrix.Rotation(0.9, 4, "X"))
+        flat.data.transform(mathutils.Matrix.Rotation(1.8, 4, "X"))
         alone = self.means()
         other = bpy.data.objects.new("other", flat.data)
         other.location = (0, 0, -100)

@@ -16,7 +16,7 @@ fn directions_do_not_depend_on_the_scale() {
     }
 }
 
-/// A quad, and a scene that places it by transforms.
+/// A scene that places a triangle by transforms.
 fn scene(generator: &str, places: &[DMat3]) -> Scene {
     let mesh = Mesh {
         positions: vec![[0.0; 3], [1.0, 0.0, 0.5], [0.0, 1.0, 0.5]],
