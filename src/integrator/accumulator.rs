@@ -100,6 +100,24 @@ impl<'a, A: PassSink + Record> Accumulator<'a, A> {
         kept
     }
 
+    /// Adds light that a ray has found, clamped as if it was found with a chance, and then brighter.
+    #[inline]
+    pub fn add_found_by_chance(
+        &mut self,
+        settings: &PathSettings,
+        light: Vec3,
+        (bounce, chance): (u32, f32),
+    ) -> Vec3 {
+        if chance == 1.0 {
+            return self.add_found(settings, light, bounce);
+        }
+        let of_path = self.counts;
+        self.counts = of_path * chance;
+        let kept = self.add_found(settings, light / chance, bounce);
+        self.counts = of_path;
+        kept
+    }
+
     /// Adds light of a sample that counts so many times, clamped as if it counted once.
     #[inline]
     pub fn add_sampled(

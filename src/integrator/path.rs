@@ -162,6 +162,10 @@ struct Beside {
     other_side: OtherSide,
     /// What the path counts from the first such surface on.
     counts: Option<Vec3>,
+    /// What [`Walk::clamp_as_if`] has changed: times its throughput this is what roulette goes by.
+    unplayed: f32,
+    /// What that is to change once the path is scattered: what the camera sees directly counts as it is.
+    deferred: f32,
     /// Lobes that surfaces with too many of them went without.
     lobes_left_out: u32,
     /// The strand that its ray leaves.
@@ -279,6 +283,8 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         wavelength: 0.0,
         other_side: OtherSide::default(),
         counts: None,
+        unplayed: 1.0,
+        deferred: 1.0,
         lobes_left_out: 0,
         left: None,
         portals: 0,
@@ -656,6 +662,7 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
         }
         self.beside.previous.delta = s.delta;
         self.bounce += 1;
+        self.clamp_as_deferred();
         let kind = s.scattering as usize;
         let scatterings = &mut self.beside.scatterings[kind];
         *scatterings += 1;

@@ -153,19 +153,29 @@ impl Medium {
         by_channel(self.extinction, share)
     }
 
-    /// Draws where light of a throughput is scattered on the way to a distance. One channel's free path is drawn, by what it
-    /// scatters, and all of them count by the balance heuristic.
+    /// How likely light of a throughput comes through a distance, where it is scattered as often as light is. 1 where that is too
+    /// seldom for a number.
+    pub fn coming_through(&self, throughput: Vec3, distance: f32) -> f32 {
+        let Some(shares) = self.shares(throughput) else {
+            return 1.0;
+        };
+        let share = (shares * transmittance(self.extinction, distance)).element_sum();
+        if share > 1e-12 { share } else { 1.0 }
+    }
+
+    /// Draws where light of a throughput is scattered on the way to a distance; also how often light comes so, for once that it is
+    /// drawn. One channel's free path is drawn, by what it scatters, and all of them count by the balance heuristic.
     ///
     /// `worth`: what comes to a path that is scattered, for what comes to one that is not. It only changes how often the one and
     /// the other is drawn; with 1 it is as often as light is.
-    pub fn fly(&self, throughput: Vec3, distance: f32, worth: f32, u: f32) -> Flight {
+    pub fn fly(&self, throughput: Vec3, distance: f32, worth: f32, u: f32) -> (Flight, f32) {
         let Self {
             extinction,
             scattering,
             ..
         } = *self;
         let Some(shares) = self.shares(throughput) else {
-            return Flight::Through(transmittance(extinction, distance));
+            return (Flight::Through(transmittance(extinction, distance)), 1.0);
         };
         let (channel, u) = chosen(shares, u);
         let passed = || transmittance(extinction, distance);
@@ -183,16 +193,20 @@ impl Medium {
         let t = -(-u / often[channel]).ln_1p() / extinction[channel];
         if t < distance {
             let passed = transmittance(extinction, t);
-            let pdf = (shares * often * extinction * passed).element_sum();
-            Flight::Scattered(t, scattering * passed / pdf)
-        } else if worth == 1.0 {
-            let passed = passed();
-            Flight::Through(passed / (shares * passed).element_sum())
+            let by_light = shares * extinction * passed;
+            let pdf = (by_light * often).element_sum();
+            let flight = Flight::Scattered(t, scattering * passed / pdf);
+            (flight, by_light.element_sum() / pdf)
         } else {
             let passed = passed();
-            // What is left of 1, as passed / (taken · worth + passed).
-            let goes_on = passed * often / worth;
-            Flight::Through(passed / (shares * goes_on).element_sum())
+            let by_light = (shares * passed).element_sum();
+            let likely = if worth == 1.0 {
+                by_light
+            } else {
+                // What is left of 1, as passed / (taken · worth + passed).
+                (shares * (passed * often / worth)).element_sum()
+            };
+            (Flight::Through(passed / likely), by_light / likely)
         }
     }
 }

@@ -77,7 +77,11 @@ impl Read {
         Self {
             absorption,
             roughness: Vec2::new(along, around),
-            ior: fresnel::bounded_ior(at.number(&sockets[inputs::IOR])),
+            ior: fresnel::bounded_ior(match of.model {
+                // Its square alone counts, as in Cycles.
+                HairModel::Chiang => at.number(&sockets[inputs::IOR]).abs(),
+                HairModel::Huang => at.number(&sockets[inputs::IOR]),
+            }),
             // Toward the root.
             tilt: -at.number(&sockets[inputs::OFFSET]),
         }
@@ -128,9 +132,8 @@ impl<K: BsdfFeatures> Bsdf<K> {
         let mut offset = -at.number(&sockets[hair::OFFSET]);
         let given = at.color(&sockets[hair::TANGENT]);
         let tangent = if given != Vec3::ZERO {
-            // A direction, which does not hang on the side that is seen.
-            let outside = at.place().outside(given);
-            if self.is_inside() { -outside } else { outside }
+            // It stands outside, but is a direction that does not hang on the side that is seen.
+            if self.is_inside() { -given } else { given }
         } else if strand.is_strand {
             strand.tangent
         } else {

@@ -90,7 +90,7 @@ impl StrandData {
 pub(super) struct OnStrand {
     /// In the mesh's space.
     pub place: Vec3,
-    /// Along the strand, world space, of any length; 0 of points.
+    /// Along the strand, and seen from within the other way round; world space, of any length; 0 of points.
     pub tangent: Vec3,
     /// The normal as if the strand was round, world space, unit length.
     pub normal: Vec3,
@@ -150,6 +150,8 @@ impl OnStrand {
             StrandShape::Points => entry.vector::<General>(normal),
             _ => entry.normal::<General>(normal),
         });
+        let tangent = entry.vector::<General>(tangent);
+        let is_within = !is_flat && normal.dot(view) < 0.0;
         let thickness = if entry.is_instance() {
             let third = radius * 2.0 / 3f32.sqrt();
             entry.vector::<General>(Vec3::splat(third)).length()
@@ -158,7 +160,8 @@ impl OnStrand {
         };
         Self {
             place,
-            tangent: entry.vector::<General>(tangent),
+            // As Cycles turns its derivatives with the normal.
+            tangent: if is_within { -tangent } else { tangent },
             normal: if normal == Vec3::ZERO { view } else { normal },
             facing: if is_flat { view } else { normal },
             across: if is_flat { v } else { 0.0 },

@@ -48,8 +48,9 @@ ONCE, OFTEN = 1, 1024
 # The sun's angle. Rays alone find it through glass and in sharp highlights, each time with a radiance that goes with its inverse
 # square: of an angle of 0.1 the noise of two programs with 2048 samples was up to 4 % of a ball's light.
 SUN = 0.6
-# Tiles in one picture.
-MOST = 400
+# Tiles in one picture. Fibres that absorb nothing have values without bounds in Cycles (of either sign), which light
+# carries on to all others.
+MOST, ALONE = 400, {"strands"}
 # Depth between two balls next to each other: the farther from the origin, the fewer bits a walk below the surface has in Cycles.
 # Those that shine are farther apart: not to light each other, nor darken, as light of less than nothing does in Cycles.
 STEP, FAR_STEP, STEPS = 0.25, 30.0, 64
@@ -315,8 +316,9 @@ def run(tiles, samples=SAMPLES, more=MORE, say=print):
     for number, tile in enumerate(tiles):
         kinds.setdefault((tile.kind, shines(tile)), []).append(number)
     for (kind, _), numbers in sorted(kinds.items()):
-        for start in range(0, len(numbers), MOST):
-            part = numbers[start : start + MOST]
+        most = 1 if kind in ALONE else MOST
+        for start in range(0, len(numbers), most):
+            part = numbers[start : start + most]
             few, many = {"sheet": (ONCE, ONCE), "ball": (ONCE, OFTEN)}.get(kind, (samples, more))
             _some(part, tiles, few, found, shown, say)
             again = [n for n in part if not found[n]["ok"] and not found[n]["flattened"]]
@@ -331,7 +333,9 @@ def _some(numbers, tiles, samples, found, shown, say):
     for number, row, picture_ in zip(numbers, rows, pictures):
         found[number], shown[number] = row, picture_
     misses = sum(not row["ok"] for row in rows)
-    say(f"{len(rows)} of {tiles[numbers[0]].kind}, {misses} miss, {time.monotonic() - begun:.0f} s", flush=True)
+    # Of one that agrees nothing need be said.
+    if misses or len(rows) > 1:
+        say(f"{len(rows)} of {tiles[numbers[0]].kind}, {misses} miss, {time.monotonic() - begun:.0f} s", flush=True)
 
 
 def shines(tile):

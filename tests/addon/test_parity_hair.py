@@ -64,6 +64,27 @@ class Hair(kit.ExportTest):
         self.hairy(strand_kit.diffuse((0.7, 0.5, 0.3, 1)))
         self.compare("diffuse")
 
+    def test_tangents(self):
+        """A Hair BSDF takes the tangent that it is given; seen from within, at open ends, that of a strand is turned."""
+        self.scene.cycles_curves.shape = "THICK"
+        next(o for o in self.scene.objects if o.type == "LIGHT").data.angle = 0.6
+        for name, given in (("its own", None), ("given", (0.3, 0.9, 0.31))):
+            material = kit.material("hair")
+            tree = material.node_tree
+            shader, output = tree.nodes.new("ShaderNodeBsdfHair"), next(n for n in tree.nodes if n.type == "OUTPUT_MATERIAL")
+            shader.inputs["Offset"].default_value = 0.7
+            if given:
+                vector = tree.nodes.new("ShaderNodeCombineXYZ")
+                for socket, value in zip(vector.inputs, given):
+                    socket.default_value = value
+                tree.links.new(vector.outputs[0], shader.inputs["Tangent"])
+            tree.links.new(shader.outputs[0], output.inputs["Surface"])
+            shown = self.link("curves", strand_kit.curves())
+            shown.rotation_euler = (1.2, 0.4, 0.7)
+            shown.data.materials.append(material)
+            self.compare(f"tangent, {name}", samples=128, worst=0.12 if given else WORST)
+            bpy.data.objects.remove(shown)
+
     def test_shapes(self):
         # Without RAND Blender puts some strands in one place, which straight tubes show: Cycles lights both, Sundog half of each.
         self.hairy(strand_kit.diffuse((0.7, 0.5, 0.3, 1)), distribution="RAND")

@@ -6,6 +6,7 @@ use crate::film::light_passes::PassSink;
 use crate::integrator::record::{End, Record, Step};
 use crate::sampler::Dimension;
 use crate::world::{Surface, Wanted};
+use std::mem;
 
 /// A chance to go on, and the number that decides.
 #[derive(Clone, Copy)]
@@ -58,7 +59,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         if self.bounce < self.settings.roulette {
             return None;
         }
-        let survival = self.throughput.max_element().sqrt();
+        let survival = (self.throughput.max_element() * self.beside.unplayed).sqrt();
         // What is not a number goes on, to be counted.
         (survival < 1.0).then(|| Roulette {
             survival,
@@ -72,6 +73,9 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     /// roulette before it would make that noisier.
     #[inline(always)]
     pub(super) fn survives(&mut self, roulette: Option<Roulette>) -> bool {
+        if E::EVERYTHING && self.beside.unplayed != 1.0 {
+            self.carry_as_played(roulette);
+        }
         let Some(roulette) = roulette else {
             return true;
         };
@@ -79,5 +83,60 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         self.light.sink.step(|| Step::Roulette { survival, drawn });
         self.throughput /= survival;
         roulette.is_won()
+    }
+
+    /// Cycles' roulette goes by what the path carries, as if it had come by chance, ours by how likely it has got here.
+    #[cold]
+    #[inline(never)]
+    fn carry_as_played(&mut self, roulette: Option<Roulette>) {
+        if self.bounce >= self.settings.roulette {
+            let theirs = self.throughput.max_element().sqrt().min(1.0);
+            let ours = roulette.map_or(1.0, |roulette| roulette.survival);
+            self.clamp_as_if(theirs / ours);
+        }
+    }
+
+    /// Cycles plays roulette where a path enters or leaves a medium (`path_state_continuation_probability` knows no difference): the
+    /// light of those that survive is brighter there, and clamped the more. Here all survive.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn pass_bounds(&mut self) {
+        if self.bounce >= self.settings.roulette {
+            self.clamp_as_if(self.throughput.max_element().sqrt().min(1.0));
+        }
+    }
+
+    /// Lets light from here on be clamped as if the path came so by chance, by a share of all that come: it carries more, and counts
+    /// the less. Where nothing is clamped, [`Walk::left_by_roulette`] alone goes by what it carries.
+    pub(super) fn clamp_as_if(&mut self, share: f32) {
+        let counts = self.clamps() || self.world.is_as_in_cycles();
+        // What is not a number goes on, to be counted; beyond these there are no digits for the product.
+        if counts && (1e-12..1e12).contains(&share) {
+            if self.bounce == 0 {
+                self.beside.deferred *= share;
+            } else {
+                self.carry(share);
+            }
+        }
+    }
+
+    /// Whether any light is clamped.
+    pub(super) fn clamps(&self) -> bool {
+        self.settings.clamp[0].min(self.settings.clamp[1]) < f32::INFINITY
+    }
+
+    /// The same where it was put off.
+    #[inline(always)]
+    pub(super) fn clamp_as_deferred(&mut self) {
+        if E::EVERYTHING && self.beside.deferred != 1.0 {
+            let share = mem::replace(&mut self.beside.deferred, 1.0);
+            self.carry(share);
+        }
+    }
+
+    fn carry(&mut self, share: f32) {
+        self.throughput /= share;
+        self.light.counts *= share;
+        self.beside.unplayed *= share;
     }
 }

@@ -49,6 +49,39 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         transmittance(within.medium.extinction, way.span.1 - way.span.0)
     }
 
+    /// How much of the light of lamps and of the world that rays within media find is left in Cycles: roulette that is played before a
+    /// medium is looked at ends paths without it (`integrator_intersect_terminate`), and nothing makes up for it.
+    #[inline(always)]
+    pub(super) fn left_by_roulette(&self) -> f32 {
+        if E::EVERYTHING && self.world.has_media() {
+            self.left_in_media()
+        } else {
+            1.0
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn left_in_media(&self) -> f32 {
+        let within = &self.beside.within;
+        let is_within = within.varies || !within.medium.is_clear();
+        if is_within && self.world.is_as_in_cycles() && self.bounce >= self.settings.roulette {
+            self.throughput.max_element().sqrt().min(1.0)
+        } else {
+            1.0
+        }
+    }
+
+    /// The medium that paths pass by chance before they find light that is clamped: Cycles', where ours has their mean.
+    #[inline(always)]
+    pub(super) fn passed_by_chance(&self) -> Option<Medium> {
+        if !E::EVERYTHING || !self.world.has_media() || self.bounce == 0 || !self.clamps() {
+            return None;
+        }
+        let Within { medium, varies, .. } = &self.beside.within;
+        (!varies && medium.scattering != Vec3::ZERO).then(|| medium.clone())
+    }
+
     /// What media may ask about the path's past.
     #[inline(always)]
     pub(super) fn past_in_media(&self) -> Past {
@@ -79,7 +112,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             let found = self.throughput * emitted;
             self.light.add_found(self.settings, found, self.bounce);
         }
-        let flight = if scatters {
+        let (flight, by_light) = if scatters {
             self.add_light_on_the_way(length);
             let worth = if is_end {
                 f32::INFINITY
@@ -90,8 +123,12 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             medium.fly(self.throughput, length, worth, u)
         } else {
             let medium = &self.beside.within.medium;
-            Flight::Through(transmittance(medium.extinction, length))
+            (
+                Flight::Through(transmittance(medium.extinction, length)),
+                1.0,
+            )
         };
+        self.clamp_as_if(by_light);
         match flight {
             Flight::Scattered(t, weight) => {
                 self.throughput *= weight;
@@ -345,10 +382,11 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         beside.is_clear = false;
         previous.at.also = 0;
         self.min_pdf = self.min_pdf.min(pdf);
-        self.bounce += 1;
         beside.scattered_in_media += 1;
-        self.last = self.bounce > self.settings.bounces
-            || beside.scattered_in_media > self.settings.volume_limit;
+        let scattered = beside.scattered_in_media;
+        self.bounce += 1;
+        self.clamp_as_deferred();
+        self.last = self.bounce > self.settings.bounces || scattered > self.settings.volume_limit;
         if self.world.lights.is_shadow_linked() {
             self.add_shadow_linked();
         }

@@ -146,6 +146,9 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                         self.end(End::Black);
                         return false;
                     }
+                    if only_bounds {
+                        self.pass_bounds();
+                    }
                     self.beside.skipped = passing.skipped;
                     self.cross(&found.hit, self.direction);
                     self.light.sink.pass(passing.weight);
@@ -315,12 +318,14 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     #[inline(always)]
     fn add_lamps_on_the_way(&mut self, far: f32) {
         let ray = self.seen_by();
-        let (settings, throughput, bounce) = (self.settings, self.throughput, self.bounce);
+        let (settings, bounce) = (self.settings, self.bounce);
+        let throughput = self.throughput * self.left_by_roulette();
         let past = self.past_in_media();
         let sender = self.sender(&past);
-        let (previous, light) = (&self.beside.previous, &mut *self.light);
-        let (within, near) = (&self.beside.within, self.span.0);
+        let (previous, within, near) = (&self.beside.previous, &self.beside.within, self.span.0);
         let (origin, direction) = (self.origin, self.direction);
+        let passed = self.passed_by_chance();
+        let light = &mut *self.light;
         let through = |distance: f32| {
             let way = Way {
                 origin,
@@ -338,7 +343,10 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             |emitted, light_pdf, source, distance| {
                 let weight = light.weigh(settings, previous, source, emitted, light_pdf);
                 let found = throughput * emitted * weight * through(distance);
-                let kept = light.add_found(settings, found, bounce);
+                let chance = passed.as_ref().map_or(1.0, |medium| {
+                    medium.coming_through(throughput, distance - near)
+                });
+                let kept = light.add_found_by_chance(settings, found, (bounce, chance));
                 light.sink.grouped(kept, || lights.group(source));
             },
         );
@@ -390,7 +398,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             let weight = self
                 .light
                 .weigh(settings, &self.beside.previous, source, emitted, pdf);
-            let shining = self.throughput * emitted * weight;
+            let shining = self.throughput * self.left_by_roulette() * emitted * weight;
             if shining == Vec3::ZERO {
                 continue;
             }
@@ -494,6 +502,10 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         if E::EVERYTHING && self.is_seen() && self.settings.transparent_film {
             self.see_through(throughput);
         }
+        let throughput = throughput * self.left_by_roulette();
+        let chance = self.passed_by_chance().map_or(1.0, |medium| {
+            medium.coming_through(self.throughput, f32::INFINITY)
+        });
         let (settings, bounce, is_seen) = (self.settings, self.bounce, self.is_seen());
         let (previous, light) = (&self.beside.previous, &mut *self.light);
         let lights = &self.world.lights;
@@ -505,7 +517,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                 let weight = light.weigh(settings, previous, source, emitted, light_pdf);
                 let found = throughput * emitted * weight;
                 let kept = if !is_seen || source != Source::Environment {
-                    light.add_found(settings, found, bounce)
+                    light.add_found_by_chance(settings, found, (bounce, chance))
                 } else if settings.transparent_film {
                     light.sink.environment(found);
                     if light.sink.keeps_environment() {

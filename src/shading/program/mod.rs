@@ -56,7 +56,7 @@ pub struct Strand {
     /// It is one.
     pub is_strand: bool,
     /// Along the strand, toward its tip, unit length. On meshes from the triangle's first corner to its second, as Cycles' derivative by
-    /// u, and the other way round seen from within.
+    /// u. Both the other way round seen from within.
     pub tangent: Vec3,
     /// On meshes from the first corner to the third, likewise: what the Hair BSDF follows there. 0 on strands.
     pub second: Vec3,

@@ -122,12 +122,15 @@ fn simple<S: Source>(compiler: &mut Compiler<'_, S>, at: usize, bsdf: SimpleBsdf
     let (mut sockets, mut normal) = (Vec::new(), None);
     for (number, (socket, input)) in bsdf.sockets().iter().zip(&node.inputs).enumerate() {
         let is_direction = socket.kind == SocketKind::Normal;
-        if is_direction && (socket.name != "Normal" || *input == Input::None) {
+        let is_normal = is_direction && socket.name == "Normal";
+        // The tangents of anisotropic lobes are apart, those of fibres are sockets as others are.
+        let stands_apart = is_direction && !is_normal && !matches!(bsdf, SimpleBsdf::Hair { .. });
+        if stands_apart || is_direction && *input == Input::None {
             sockets.push(root(ZERO));
             continue;
         }
         let value = root(compiler.input(at, number));
-        if is_direction {
+        if is_normal {
             normal = Some(value);
         }
         sockets.push(value);

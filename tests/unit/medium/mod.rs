@@ -164,14 +164,31 @@ fn flights_have_the_analytic_means() {
     for (distance, worth) in cases.into_iter().chain(others) {
         let n = 1_000_000u32;
         let (mut through, mut scattered) = (glam::DVec3::ZERO, glam::DVec3::ZERO);
+        // How often light comes through, and how often it is scattered.
+        let mut by_light = glam::DVec2::ZERO;
         for k in 0..n {
-            match medium.fly(throughput, distance, worth, (k as f32 + 0.5) / n as f32) {
+            let u = (k as f32 + 0.5) / n as f32;
+            let (flight, often) = medium.fly(throughput, distance, worth, u);
+            match flight {
                 Flight::Scattered(t, weight) => {
                     assert!(t >= 0.0 && t < distance);
                     scattered += weight.as_dvec3();
+                    by_light.y += f64::from(often);
                 }
-                Flight::Through(weight) => through += weight.as_dvec3(),
+                Flight::Through(weight) => {
+                    through += weight.as_dvec3();
+                    by_light.x += f64::from(often);
+                }
             }
+        }
+        let passes = f64::from(medium.coming_through(throughput, distance));
+        let right = glam::DVec2::new(passes, 1.0 - passes);
+        let off = (by_light / f64::from(n) - right).abs();
+        if worth != f32::INFINITY && distance != f32::INFINITY {
+            assert!(off.x < 2e-4, "{distance}: {by_light}");
+        }
+        if distance != f32::INFINITY {
+            assert!(off.y < 2e-4, "{distance}: {by_light}");
         }
         let t = transmittance(medium.extinction, distance).as_dvec3();
         let albedo = (medium.scattering / medium.extinction).as_dvec3();
@@ -229,5 +246,5 @@ fn emission_and_transmittance_hold_at_the_ends() {
     assert_eq!(of(0.0, f32::INFINITY).1, 1.0);
     assert_eq!(of(1e6, f32::INFINITY), (2e-6, 0.0));
     let empty = Medium::EMPTY.fly(Vec3::ONE, f32::INFINITY, 1.0, 0.5);
-    assert_eq!(empty, Flight::Through(Vec3::ONE));
+    assert_eq!(empty, (Flight::Through(Vec3::ONE), 1.0));
 }

@@ -29,10 +29,10 @@ sockets! {
         TINT: Color "Tint" = [1.0; 3], Legal::positive(1.0);
         ABSORPTION: Vector "Absorption Coefficient" = [0.245531, 0.52, 1.365], Legal::positive(0.0);
         ASPECT_RATIO: Float "Aspect Ratio" = [0.85; 3], Legal::positive(1.0);
-        ROUGHNESS: Float "Roughness" = [0.3; 3], Legal::positive(0.3);
-        RADIAL_ROUGHNESS: Float "Radial Roughness" = [0.3; 3], Legal::positive(0.3);
+        ROUGHNESS: Float "Roughness" = [0.3; 3], Legal::ANY;
+        RADIAL_ROUGHNESS: Float "Radial Roughness" = [0.3; 3], Legal::ANY;
         COAT: Float "Coat" = [0.0; 3], Legal::share(0.0);
-        IOR: Float "IOR" = [1.55; 3], Legal::within(1e-4, 1e4, 1.55);
+        IOR: Float "IOR" = [1.55; 3], Legal::ANY;
         OFFSET: Float "Offset" = [0.0349066; 3], Legal::ANY;
         RANDOM_COLOR: Float "Random Color" = [0.0; 3], Legal::share(0.0);
         RANDOM_ROUGHNESS: Float "Random Roughness" = [0.0; 3], Legal::ANY;
