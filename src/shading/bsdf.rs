@@ -10,6 +10,7 @@ mod kinds;
 mod receiving;
 mod roughness;
 mod steeper;
+mod turned;
 mod uniform;
 
 pub use elsewhere::Elsewhere;
@@ -520,7 +521,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
         };
         let mut sums = Sums::ZERO;
         if !transmitted {
-            let of = self.value_of_base(wi);
+            let of = self.known(self.base().normal, self.value_of_base(wi));
             sums.diffuse = LobeValue {
                 value: left(of.value, self.base().normal),
                 pdf: (1.0 - self.p_others()) * of.pdf,
@@ -529,6 +530,9 @@ impl<K: BsdfFeatures> Bsdf<K> {
         for (i, entry) in self.others().iter().enumerate() {
             if i != left_out && !entry.is_delta {
                 let mut of = entry.lobe.evaluate::<K>(self.smooth(), wi, transmitted);
+                if entry.is_diffuse {
+                    of = self.known(entry.lobe.normal(), of);
+                }
                 if STEEPER {
                     of.value = left(of.value, entry.lobe.normal());
                 }
@@ -584,7 +588,11 @@ impl<K: BsdfFeatures> Bsdf<K> {
         if self.is_below(wi) || self.is_beyond(wi) {
             return None;
         }
-        let sums = self.sums(usize::MAX, wi, false);
+        let mut sums = self.sums(usize::MAX, wi, false);
+        let own = self.value_of_base(wi);
+        if self.is_lost(self.normal(), own) {
+            sums.diffuse.pdf += (1.0 - self.p_others()) * own.pdf;
+        }
         Self::weigh(wi, (Scattering::Diffuse, false), &sums)
     }
 
