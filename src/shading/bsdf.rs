@@ -50,7 +50,8 @@ impl Entry {
     #[inline(always)]
     fn importance(&self) -> f32 {
         let by_walks = matches!(self.lobe, Lobe::Below(_));
-        average(self.albedo) * if by_walks { LIT_BY_WALKS_ALONE } else { 1.0 }
+        let light = self.lobe.passed_on().unwrap_or(self.albedo);
+        average(light) * if by_walks { LIT_BY_WALKS_ALONE } else { 1.0 }
     }
 }
 
@@ -250,8 +251,12 @@ impl<K: BsdfFeatures> Bsdf<K> {
         if !K::FACETS || self.others.is_empty() {
             return;
         }
-        let a = self.others.iter().map(Entry::importance).sum::<f32>();
         let b = average(self.lambert.color);
+        if let ([entry], true) = (&mut self.others[..], b <= 0.0) {
+            (self.p_others, entry.p) = (1.0, 1.0);
+            return;
+        }
+        let a = self.others.iter().map(Entry::importance).sum::<f32>();
         self.p_others = if b <= 0.0 {
             1.0
         } else {

@@ -518,6 +518,20 @@ impl Lobe {
         }
     }
 
+    /// What a boundary scatters of light that comes from the view, tinted, by a facet along its normal: `albedo` of those is without
+    /// tint. As Cycles draws lobes by it (`bsdf_microfacet_estimate_albedo`), what is clamped hangs on it.
+    pub fn passed_on(&self) -> Option<Vec3> {
+        let facet = match self {
+            Self::Glass(l) => l.facet(l.facets.cos()),
+            Self::BeckmannGlass(l) => l.facet(l.facets.cos()),
+            Self::FilmGlass(l) => l.facet(l.facets.cos()),
+            Self::BeckmannFilmGlass(l) => l.facet(l.facets.cos()),
+            Self::Sheet(l) => l.facet(l.facets.cos()),
+            _ => return None,
+        };
+        Some(facet.reflectance + facet.transmittance)
+    }
+
     /// The same lobe with another weight.
     #[must_use]
     pub fn scaled(mut self, by: Vec3) -> Self {
