@@ -15,7 +15,13 @@ REASONS = {
     ("Bevel", "Radius high"): "Cycles' points lie otherwise: with its setting Tabulated Sobol in the place of Blue-Noise these rows agree (0.6 %)",
     ("BsdfPrincipled", "Coat"): "noise of the sun's highlight in a coat",
     ("BsdfPrincipled", "Subsurface"): "Cycles' walks lose light away from the origin; at it both agree within 0.1 %",
-    ("BsdfHairPrincipled", "IOR low"): "an index of 0, where Cycles divides by it",
+    ("BsdfHairPrincipled", "Aspect Ratio low"): "a ratio below 0",
+    ("BsdfHairPrincipled", "IOR low"): "an index below 0",
+    ("BsdfHairPrincipled", "Roughness low"): "a roughness below 0",
+    ("BsdfHairPrincipled", "Offset high"): "an Offset of 2.3 radians",
+    ("BsdfHairPrincipled", "Coat"): "Cycles draws the first reflection by the roughness of the others, and loses light of a Coat near 1",
+    ("BsdfHairPrincipled", "Absorption Coefficient low"): "Cycles has values without bounds where nothing is absorbed",
+    ("BsdfHairPrincipled", "Melanin low"): "Cycles has values without bounds where nothing is absorbed",
     ("SubsurfaceScattering", ""): "Cycles' walks lose light away from the origin; at it both agree within 0.4 %",
 }
 
