@@ -80,6 +80,8 @@ class Beside(kit.ExportTest):
 
     # A pixel of each of the two pictures of both programs.
     SAMPLES = 256
+    # Most of an indirect contribution; 0 for no limit.
+    CLAMP = 0
 
     def setUp(self):
         super().setUp()
@@ -112,6 +114,7 @@ class Beside(kit.ExportTest):
         data.type, data.ortho_scale = "ORTHO", max(ROW, rows)
         cycles = self.scene.cycles
         kit.unbiased(cycles)
+        cycles.sample_clamp_indirect = self.CLAMP
         for kind in ("max", "diffuse", "glossy", "transmission", "transparent_max"):
             setattr(cycles, f"{kind}_bounces", 16)
         return ROW * SIZE, rows * SIZE
@@ -121,6 +124,7 @@ class Beside(kit.ExportTest):
         picture = f"{path}.{seed}.exr"
         command = [kit.program(), "render", path, "-o", picture, "--width", str(width), "--height", str(height), "--quiet", "--allow-outside"]
         command += ["--samples", str(self.SAMPLES), "--filter", "box", "--exr-layers", "combined", "--bounces", "16", "--seed", str(seed)]
+        command += ["--clamp-indirect", str(self.CLAMP)]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         self.assertEqual(done.returncode, 0, done.stderr)
         return kit.exr_pixels(picture)
@@ -155,6 +159,41 @@ class Beside(kit.ExportTest):
             if bad:
                 wrong.append(words)
         self.assertFalse(wrong, "\n" + "\n".join(wrong))
+
+
+class Clamped(Beside):
+    """What is clamped hangs on how likely each lobe is."""
+
+    CLAMP = 1
+
+    def test_mixes_with_tinted_glass(self):
+        """Tinted glass is drawn by what it scatters: at equal shares the red one was too bright."""
+        s = Shaders()
+        clear, red = ("BsdfGlass", {}, {"Roughness": 0.0, "IOR": 1.56}), ("BsdfGlass", {}, {"Color": (1, 0, 0, 1), "Roughness": 0.45, "IOR": 1.76})
+        for factor in (0.3, 0.7):
+            s.mixed(f"red and clear {factor}", factor, red, clear)
+        self.compare(s)
+
+
+class Turned(Beside):
+    """Lobes whose normal is turned away from the surface."""
+
+    SAMPLES = 128
+
+    def test_numbers_for_normals(self):
+        """A diffuse lobe that draws directions without light makes another one brighter, as in Cycles (5 % was missing)."""
+        s = Shaders()
+        for name, direction in (("even", (1, 1, 1)), ("up", (0, 0.3, -1))):
+            tree, surface = s.tree(name)
+            mix, vector = tree.nodes.new("ShaderNodeMixShader"), tree.nodes.new("ShaderNodeCombineXYZ")
+            for socket, value in zip(vector.inputs, direction):
+                socket.default_value = value
+            plain, turned = (tree.nodes.new("ShaderNodeBsdfDiffuse") for _ in range(2))
+            tree.links.new(vector.outputs[0], turned.inputs["Normal"])
+            tree.links.new(plain.outputs[0], mix.inputs[1])
+            tree.links.new(turned.outputs[0], mix.inputs[2])
+            tree.links.new(mix.outputs[0], surface)
+        self.compare(s)
 
 
 class Fibres(Beside):
