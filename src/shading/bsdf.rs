@@ -594,9 +594,8 @@ impl<K: BsdfFeatures> Bsdf<K> {
             return None;
         }
         let mut sums = self.sums(usize::MAX, wi, false);
-        let own = self.value_of_base(wi);
-        if self.is_lost(self.normal(), own) {
-            sums.diffuse.pdf += (1.0 - self.p_others()) * own.pdf;
+        if self.is_turned(self.normal()) {
+            self.add_lost(wi, &mut sums.diffuse);
         }
         Self::weigh(wi, (Scattering::Diffuse, false), &sums)
     }

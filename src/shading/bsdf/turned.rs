@@ -5,20 +5,30 @@ use crate::shading::closure::{BsdfFeatures, LobeValue};
 use glam::Vec3;
 
 impl<K: BsdfFeatures> Bsdf<K> {
-    /// Whether a diffuse lobe draws a direction where it has no light (`bump_shadowing_term`), as its normal is turned away.
+    /// Whether the normal of a diffuse lobe is. Such a lobe draws directions in which it has no light (`bump_shadowing_term`).
     #[inline(always)]
-    pub(super) fn is_lost(&self, normal: Vec3, of: LobeValue) -> bool {
-        K::BUMPS && self.changes.behind && of.value == Vec3::ZERO && normal.dot(self.smooth()) < 0.0
+    pub(super) fn is_turned(&self, normal: Vec3) -> bool {
+        K::BUMPS && self.changes.behind && normal.dot(self.smooth()) < 0.0
     }
 
-    /// What other lobes' directions know of a diffuse one. In Cycles they do not know of directions that are lost, although these
+    /// What other lobes' directions know of a diffuse one. In Cycles they do not know of directions without light, although these
     /// know of them: light that both find counts more often than once.
     #[inline(always)]
     pub(super) fn known(&self, normal: Vec3, of: LobeValue) -> LobeValue {
-        if self.is_lost(normal, of) {
+        if of.value == Vec3::ZERO && self.is_turned(normal) {
             LobeValue::ZERO
         } else {
             of
+        }
+    }
+
+    /// Adds the density of a direction of the base that [`Self::known`] has left out: it is drawn all the same.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn add_lost(&self, wi: Vec3, sum: &mut LobeValue) {
+        let own = self.value_of_base(wi);
+        if own.value == Vec3::ZERO {
+            sum.pdf += (1.0 - self.p_others()) * own.pdf;
         }
     }
 }
