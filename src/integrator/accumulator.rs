@@ -111,11 +111,9 @@ impl<'a, A: PassSink + Record> Accumulator<'a, A> {
         if chance == 1.0 {
             return self.add_found(settings, light, bounce);
         }
-        let of_path = self.counts;
-        self.counts = of_path * chance;
-        let kept = self.add_found(settings, light / chance, bounce);
-        self.counts = of_path;
-        kept
+        self.counting(chance, |sum| {
+            sum.add_found(settings, light / chance, bounce)
+        })
     }
 
     /// Adds light of a sample that counts so many times, clamped as if it counted once.
@@ -126,9 +124,15 @@ impl<'a, A: PassSink + Record> Accumulator<'a, A> {
         light: Vec3,
         (bounces, counts): (u32, f32),
     ) -> Vec3 {
+        self.counting(counts, |sum| sum.add_scattered(settings, light, bounces))
+    }
+
+    /// Adds what counts so many times as often as the path.
+    #[inline(always)]
+    fn counting(&mut self, counts: f32, add: impl FnOnce(&mut Self) -> Vec3) -> Vec3 {
         let of_path = self.counts;
         self.counts = of_path * counts;
-        let kept = self.add_scattered(settings, light, bounces);
+        let kept = add(self);
         self.counts = of_path;
         kept
     }

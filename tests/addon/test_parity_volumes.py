@@ -78,8 +78,7 @@ class Scenes(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             found = kit.in_render(lambda dg: export.write_scene(dg, dg.scene, folder, os.path.join(folder, "cache")))
             self.assertEqual([v for v in found.verdicts if v["verdict"] != "exact"], [])
-            clamp = ["--clamp-indirect", str(self.scene.cycles.sample_clamp_indirect)] if self.scene.cycles.sample_clamp_indirect else []
-            ours = kit.rendered(found.path, WIDTH, HEIGHT, samples, *clamp)
+            ours = kit.rendered(found.path, WIDTH, HEIGHT, samples, "--clamp-indirect", str(self.scene.cycles.sample_clamp_indirect))
         theirs = kit.cycles_pixels(WIDTH, HEIGHT, samples)
         off = ours.mean((0, 1)) / theirs.mean((0, 1)) - 1
         found = ((ours - theirs) ** 2 / (theirs**2 + 0.01)).mean()

@@ -85,25 +85,21 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         roulette.is_won()
     }
 
-    /// Cycles' roulette goes by what the path carries, as if it had come by chance, ours by how likely it has got here.
-    #[cold]
-    #[inline(never)]
-    fn carry_as_played(&mut self, roulette: Option<Roulette>) {
-        if self.bounce >= self.settings.roulette {
-            let theirs = self.throughput.max_element().sqrt().min(1.0);
-            let ours = roulette.map_or(1.0, |roulette| roulette.survival);
-            self.clamp_as_if(theirs / ours);
+    /// How likely the path survives here in Cycles (`path_state_continuation_probability`), which goes by what it carries.
+    pub(super) fn survival_in_cycles(&self) -> f32 {
+        if self.bounce < self.settings.roulette {
+            return 1.0;
         }
+        self.throughput.max_element().sqrt().min(1.0)
     }
 
-    /// Cycles plays roulette where a path enters or leaves a medium (`path_state_continuation_probability` knows no difference): the
-    /// light of those that survive is brighter there, and clamped the more. Here all survive.
+    /// Lets the path carry what it would after Cycles' roulette: ours goes by how likely it has got here. At bounds of media, where
+    /// Cycles plays, too, there is none of ours.
     #[cold]
     #[inline(never)]
-    pub(super) fn pass_bounds(&mut self) {
-        if self.bounce >= self.settings.roulette {
-            self.clamp_as_if(self.throughput.max_element().sqrt().min(1.0));
-        }
+    pub(super) fn carry_as_played(&mut self, roulette: Option<Roulette>) {
+        let ours = roulette.map_or(1.0, |roulette| roulette.survival);
+        self.clamp_as_if(self.survival_in_cycles() / ours);
     }
 
     /// Lets light from here on be clamped as if the path came so by chance, by a share of all that come: it carries more, and counts
@@ -120,11 +116,6 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         }
     }
 
-    /// Whether any light is clamped.
-    pub(super) fn clamps(&self) -> bool {
-        self.settings.clamp[0].min(self.settings.clamp[1]) < f32::INFINITY
-    }
-
     /// The same where it was put off.
     #[inline(always)]
     pub(super) fn clamp_as_deferred(&mut self) {
@@ -132,6 +123,11 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             let share = mem::replace(&mut self.beside.deferred, 1.0);
             self.carry(share);
         }
+    }
+
+    /// Whether any light is clamped.
+    pub(super) fn clamps(&self) -> bool {
+        self.settings.clamp[0].min(self.settings.clamp[1]) < f32::INFINITY
     }
 
     fn carry(&mut self, share: f32) {

@@ -65,8 +65,8 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     fn left_in_media(&self) -> f32 {
         let within = &self.beside.within;
         let is_within = within.varies || !within.medium.is_clear();
-        if is_within && self.world.is_as_in_cycles() && self.bounce >= self.settings.roulette {
-            self.throughput.max_element().sqrt().min(1.0)
+        if is_within && self.world.is_as_in_cycles() {
+            self.survival_in_cycles()
         } else {
             1.0
         }

@@ -147,7 +147,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                         return false;
                     }
                     if only_bounds {
-                        self.pass_bounds();
+                        self.carry_as_played(None);
                     }
                     self.beside.skipped = passing.skipped;
                     self.cross(&found.hit, self.direction);
