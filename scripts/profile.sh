@@ -55,9 +55,10 @@ gallery() {
 export -f gallery
 export work program
 
-# What artists make of nodes, and what the gallery has none of. NAME:WEIGHT, so that all have a part.
-random=(sheet:8 ball:1 shader:3 volume:10 displacement:3)
-compared=(lobes:1 hair:1 subsurface:3 volumes:1 motion:1 data_passes:1 worlds:1 images:1)
+# What artists make of nodes, and what the gallery has none of. NAME:SHARE, in hundredths of all counts: how long each happens to take
+# says nothing of what people render.
+random=(sheet:5 ball:10 shader:10 volume:4 displacement:4)
+compared=(lobes:12 hair:4 subsurface:4 volumes:5 motion:3 data_passes:3 worlds:4 images:10)
 (
     processor=0
     "$cache/bpy-4.5.15/bin/python" scenes/build.py all "$work/scenes" >/dev/null
@@ -74,10 +75,12 @@ compared=(lobes:1 hair:1 subsurface:3 volumes:1 motion:1 data_passes:1 worlds:1 
 ) &
 wait
 inputs=()
-for share in gallery:3 "${random[@]}" "${compared[@]}"; do
+for share in gallery:22 "${random[@]}" "${compared[@]}"; do
     name=${share%:*}
     "$tool" merge --sparse -o "$work/$name.profdata" "$work/counts/$name"-*.profraw
-    inputs+=("--weighted-input=${share#*:},$work/$name.profdata")
+    total=$("$tool" show --detailed-summary "$work/$name.profdata" | sed -n 's/^Total count: //p')
+    # Of 10^14 counts in all, so that weights of what counts most are whole numbers above 10.
+    inputs+=("--weighted-input=$((${share#*:} * 1000000000000 / total)),$work/$name.profdata")
 done
 "$tool" merge --text -o "$work/all.txt" "${inputs[@]}"
 python3 "$scripts/profile_names.py" "$work/all.txt" "$work/kept.txt"

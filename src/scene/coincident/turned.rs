@@ -148,7 +148,7 @@ fn overlaps(scene: &Scene, group: &[Face]) -> Vec<(u32, u32)> {
         let (normal, at) = (normals[other], world[other][0]);
         world[face]
             .iter()
-            .all(|p| (p - at).dot(normal).abs() <= rounding(at.abs().max(p.abs())))
+            .all(|p| (p - at).dot(normal).abs() <= rounding(normal, at.abs().max(p.abs())))
     };
     overlapping(&flats, |a, b| lies_on(a, b) && lies_on(b, a))
         .into_iter()
@@ -157,7 +157,7 @@ fn overlaps(scene: &Scene, group: &[Face]) -> Vec<(u32, u32)> {
 }
 
 /// How far two points of one plane may be off it: each coordinate of both is rounded once where it is written and once where it
-/// is placed.
-fn rounding(size: DVec3) -> f64 {
-    4.0 * f64::from(float::UNIT_ROUNDOFF) * size.element_sum()
+/// is placed. Along the plane that counts for nothing: a floor ten metres wide is not ten times as thick.
+fn rounding(normal: DVec3, size: DVec3) -> f64 {
+    4.0 * f64::from(float::UNIT_ROUNDOFF) * normal.abs().dot(size)
 }
