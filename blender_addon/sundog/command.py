@@ -71,6 +71,9 @@ def arguments(scene, layer, abilities, warn):
     ):
         if value > 0:
             result += [f"--{flag}", repr(value)]
+    if settings.min_light_bounces:
+        # As in Cycles, two bounces more than it says. Clamping takes other light from paths that play seldom.
+        result += flag_if_known("roulette", [str(settings.min_light_bounces + 2)], abilities, warn)
     clamps = settings.sample_clamp_direct > 0 or settings.sample_clamp_indirect > 0
     tree = getattr(getattr(scene, "cycles", None), "use_light_tree", True)
     if clamps or not tree:

@@ -74,6 +74,10 @@ class SundogSceneSettings(bpy.types.PropertyGroup):
     transmission_bounces: _bounces("Transmission", 12, "Most passages of a path through glass")
     volume_bounces: _bounces("Volume", 0, "Most scatterings of a path by volumes; 0 leaves light that is scattered once")
     transparent_max_bounces: _bounces("Transparent", 8, "Most surfaces that a path passes by their transparency")
+    min_light_bounces: IntProperty(
+        name="Min Light Bounces", description="Further bounces that no path ends by chance before; more time, and less noise",
+        default=0, min=0, max=1000,
+    )
     sample_clamp_direct: FloatProperty(
         name="Direct Light", description="Greatest value of a contribution of direct light; 0 for no limit. Takes light away",
         default=0.0, min=0.0, max=1e9, soft_max=100.0,
@@ -163,7 +167,7 @@ class SundogMaterialSettings(bpy.types.PropertyGroup):
 # Cycles' names of what both have.
 COPIED = (
     "samples", "time_limit", "max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces",
-    "volume_bounces", "transparent_max_bounces", "sample_clamp_direct", "sample_clamp_indirect", "blur_glossy", "pixel_filter_type",
+    "volume_bounces", "transparent_max_bounces", "min_light_bounces", "sample_clamp_direct", "sample_clamp_indirect", "blur_glossy", "pixel_filter_type",
     "filter_width", "seed", "use_animated_seed", "film_exposure", "film_transparent_glass",
     "film_transparent_roughness", "caustics_reflective", "caustics_refractive",
     "use_adaptive_sampling", "adaptive_threshold", "adaptive_min_samples",

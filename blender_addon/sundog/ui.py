@@ -152,6 +152,7 @@ class SUNDOG_RENDER_PT_light_paths(_Closed, Panel):
         column.prop(settings, "transmission_bounces")
         column.prop(settings, "volume_bounces")
         layout.prop(settings, "transparent_max_bounces")
+        layout.prop(settings, "min_light_bounces")
         column = layout.column(align=True, heading="Clamping")
         column.prop(settings, "sample_clamp_direct")
         column.prop(settings, "sample_clamp_indirect")

@@ -11,6 +11,9 @@ pub struct Rules {
     pub max_bounces: u32,
     /// Whether scattered rays find it.
     pub is_hit: bool,
+    /// Whether they share its light with light samples though it shines through what stops them, as in Cycles: their part
+    /// of it is lost where something is in the way.
+    pub loses_rays: bool,
 }
 
 impl Rules {
@@ -19,6 +22,7 @@ impl Rules {
         visibility: Visibility::ALL,
         max_bounces: u32::MAX,
         is_hit: true,
+        loses_rays: false,
     };
 
     /// `by_kind`: kinds of rays are told apart; otherwise only the camera's are.
@@ -28,6 +32,7 @@ impl Rules {
                 visibility,
                 max_bounces,
                 is_hit,
+                loses_rays: false,
             }
         } else if visibility.sees(RayKind::Camera) {
             Self::NONE
@@ -65,10 +70,15 @@ impl Rules {
             .all(|kind| self.visibility.sees(*kind))
     }
 
+    /// As in Cycles where scattered rays meet what it shines through.
+    pub fn losing_rays(self, loses_rays: bool) -> Self {
+        Self { loses_rays, ..self }
+    }
+
     /// Whether light sampling is the only way to find it.
     #[inline]
     pub fn only_sampled(&self) -> bool {
-        !self.is_hit || self.shines_through()
+        !self.is_hit || self.shines_through() && !self.loses_rays
     }
 
     /// Whether its light passes what stops a ray, so that light sampling is the only way to find it.

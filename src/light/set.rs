@@ -603,7 +603,7 @@ impl LightSet {
             {
                 return;
             }
-            let pdf = if kind != RayKind::Camera && rules.shines_through() {
+            let pdf = if kind != RayKind::Camera && rules.only_sampled() {
                 f32::INFINITY
             } else {
                 self.told_probability(at, Drawn::Finite(number)) * light.pdf_li(at, wi, hit.on)
@@ -678,7 +678,7 @@ impl LightSet {
             };
             let pdf = if kind == RayKind::Camera {
                 0.0
-            } else if rules.shines_through() {
+            } else if rules.only_sampled() {
                 f32::INFINITY
             } else {
                 self.told_probability(at, Drawn::Infinite(i as u32)) * light.pdf_li(at, wi, hit.on)

@@ -187,7 +187,8 @@ pub(super) fn prepare(
         {
             let made = with_tree(scene, light, made, (origin, view));
             let limits = (light.max_bounces, light.is_hit);
-            let rules = Rules::new(light.visibility, limits, by_kind);
+            let rules =
+                Rules::new(light.visibility, limits, by_kind).losing_rays(scene.is_from_blender());
             let plane = scene.is_from_blender().then(|| Plane::of(light, origin));
             builder.add_in(plane.flatten(), made, rules, number as u32);
         }
@@ -247,7 +248,8 @@ pub(super) fn prepare(
 }
 
 /// Whether rays that are scattered find other light than light samples do: objects are in the way of some kinds of rays only,
-/// what lets light pass or shines asks which ray it is, or some fibres are drawn otherwise than they are evaluated.
+/// what lets light pass or shines asks which ray it is, a lamp shines through what stops rays, or some fibres are drawn otherwise
+/// than they are evaluated.
 fn rays_find_other_things(scene: &Scene, materials: &[Arc<PreparedMaterial>]) -> bool {
     let is_of_ray = |node: &Node| matches!(&node.kind, NodeKind::Function(Function::Place(input)) if input.tells_rays_apart());
     let of_lamps = scene
@@ -257,6 +259,7 @@ fn rays_find_other_things(scene: &Scene, materials: &[Arc<PreparedMaterial>]) ->
     let world = scene.environment.as_ref().and_then(|e| e.graph.as_ref());
     let mut shining = of_lamps.chain(world.map(|world| &world.graph));
     effects::tells_rays_apart(scene)
+        || (scene.lights.iter()).any(|light| !light.visibility.sees(RayKind::Shadow))
         || (scene.instances.iter()).any(|i| !i.visibility.is_alike_on_paths())
         || materials
             .iter()

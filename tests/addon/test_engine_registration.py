@@ -197,6 +197,7 @@ class Settings(EngineTest):
         cycles = self.scene.cycles
         cycles.samples, cycles.time_limit, cycles.max_bounces, cycles.diffuse_bounces = 99, 5.0, 7, 3
         cycles.sample_clamp_direct, cycles.sample_clamp_indirect, cycles.blur_glossy = 1.5, 2.5, 0.75
+        cycles.min_light_bounces = 4
         cycles.pixel_filter_type, cycles.filter_width, cycles.seed = "GAUSSIAN", 2.0, 11
         cycles.use_animated_seed, cycles.film_exposure = True, 0.5
         cycles.caustics_reflective, cycles.caustics_refractive = False, False

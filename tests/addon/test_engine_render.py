@@ -22,10 +22,10 @@ class Pictures(EngineTest):
         settings = self.scene.sundog
         settings.samples, settings.max_bounces, settings.seed = 3, 1, 7
         settings.pixel_filter_type, settings.filter_width = "GAUSSIAN", 2.5
-        settings.sample_clamp_indirect, settings.blur_glossy = 0.25, 0.5
+        settings.sample_clamp_indirect, settings.blur_glossy, settings.min_light_bounces = 0.25, 0.5, 3
         self.scene.render.threads_mode, self.scene.render.threads = "FIXED", 1
         shown = self.render()["ViewLayer.Combined"]
-        flags = "--samples 3 --bounces 1 --seed 7 --filter gauss:2.5 --clamp-indirect 0.25 --filter-glossy 0.5".split()
+        flags = "--samples 3 --bounces 1 --seed 7 --filter gauss:2.5 --clamp-indirect 0.25 --filter-glossy 0.5 --roulette 5".split()
         self.assertTrue(same_bits(shown, self.by_command_line(*flags)[""]))
         told = engine.last_statistics()
         self.assertEqual(told["settings"]["threads"], 1)

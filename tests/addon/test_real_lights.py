@@ -166,6 +166,34 @@ class Clamped(kit.ExportTest):
                         bpy.data.objects.remove(lamp)
                     self.near(ours, theirs, 0.01)
 
+    def test_lamps_without_shadows(self):
+        """Rays find them only where nothing is in between, and have their share there: what is behind a panel gets the others' alone."""
+        floor = self.link("floor", kit.plane(size=20))
+        floor.data.materials.append(kit.material("floor", Base_Color=(0.8, 0.8, 0.8, 1), Roughness=0.4))
+        panel = self.link("panel", kit.plane(size=4), location=(0, 0, 1))
+        panel.data.materials.append(kit.material("panel", Base_Color=(0, 0, 0, 1), Roughness=1, Specular_IOR_Level=0))
+        panel.visible_camera = False
+        self.scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0
+        for kind, energy, values in (("SUN", 3, {"angle": 0.9}), ("AREA", 300, {"size": 4})):
+            with self.subTest(kind=kind):
+                lamp = self.lamp(kind, energy, (0, 0, 3), **values)
+                lamp.data.use_shadow = False
+                beside = self.lamp("POINT", 50, (3, 0, 2))
+                ours, theirs = self.pictures(1024)
+                self.near(ours, theirs, 0.005)
+                for each in (lamp, beside):
+                    bpy.data.objects.remove(each)
+
+    def test_clamps_without_roulette(self):
+        """Paths that end by chance carry more where they go on, and more of it is clamped."""
+        bpy.ops.mesh.primitive_cube_add(size=6)
+        bpy.context.object.data.materials.append(kit.material("room", Base_Color=(0.3, 0.3, 0.3, 1), Roughness=1, Specular_IOR_Level=0))
+        self.lamp("POINT", 300, (2, 2, -2), shadow_soft_size=0.1)
+        self.scene.cycles.min_light_bounces = 8
+        ours, theirs, with_roulette = self.clamped(0.3, "--roulette=10")
+        self.near(ours, theirs, 0.005)
+        self.assertGreater(abs(with_roulette / theirs - 1), 0.01)
+
     def test_who_asks_for_shares(self):
         """Settings with a clamp, and those without the light tree."""
         from sundog import command, program, properties

@@ -92,7 +92,7 @@ def as_sundog(kept, scene):
         max_bounces=sundog.max_bounces, diffuse_bounces=sundog.diffuse_bounces, glossy_bounces=sundog.glossy_bounces,
         transmission_bounces=sundog.transmission_bounces, volume_bounces=sundog.volume_bounces,
         transparent_max_bounces=sundog.transparent_max_bounces,
-        min_light_bounces=0, min_transparent_bounces=0,
+        min_light_bounces=sundog.min_light_bounces, min_transparent_bounces=0,
         sample_clamp_direct=sundog.sample_clamp_direct, sample_clamp_indirect=sundog.sample_clamp_indirect,
         blur_glossy=sundog.blur_glossy, light_sampling_threshold=0.0,
         caustics_reflective=sundog.caustics_reflective, caustics_refractive=sundog.caustics_refractive,

@@ -130,7 +130,7 @@ impl LightSet {
     /// below the surface, and in a room such samples end at the walls.
     pub(super) fn leave_even_sky_to_bsdf(&mut self) {
         for sky in &mut self.infinite {
-            if is_even(&sky.light) && !sky.rules.shines_through() {
+            if is_even(&sky.light) && !sky.rules.only_sampled() {
                 sky.estimate = 0.0;
             }
         }

@@ -221,6 +221,8 @@ fn rules_decide_what_rays_find() {
     let through = rules(without(RayKind::Shadow), u32::MAX);
     assert_eq!(seen(through, RayKind::Diffuse, 0), [f32::INFINITY; 2]);
     assert!(finite(seen(through, RayKind::Camera, 0)));
+    // As in Cycles rays have their part, which is lost behind what is in the way.
+    assert!(finite(seen(through.losing_rays(true), RayKind::Diffuse, 0)));
 }
 
 /// A sky of one colour is left to the rays that the BSDF draws, beside other lights and alone.
