@@ -9,7 +9,7 @@ import math
 import bpy
 
 from . import blackbody, colorspace, evaluated, images, object_info
-from .nodes import FILLING, HOLLOW, INLINED, MOST_NODES, TRUTHS, VOLUMES, Place, SceneWide, not_finite, tree_of
+from .nodes import FILLING, HOLLOW, INLINED, MOST_NODES, TRUTHS, VOLUMES, Place, SceneWide, not_finite, output_of, tree_of
 
 # Whether graphs are written at all.
 ENABLED = True
@@ -161,10 +161,10 @@ class Walk:
 
     def read(self, owner):
         """Walks from the output of a material or a world that Cycles renders."""
-        output = tree_of(owner).get_output_node("CYCLES")
-        found = self._feeding(output.inputs["Surface"], ())
+        output = output_of(owner)
+        found = self._fed(output, "Surface")
         if found is None and isinstance(owner, bpy.types.Material):
-            if self.walker.is_only_filled(output):
+            if output is not None and self.walker.is_only_filled(output):
                 return
             # Nothing is black.
             found = self._made("ShaderNodeEmission", "Emission", {"Color": (0.0, 0.0, 0.0, 1.0), "Strength": 0.0})
@@ -172,9 +172,7 @@ class Walk:
             # What is constant here shines.
             return
         self.surface = found
-        # Worlds and lamps have no displacement.
-        socket = output.inputs.get("Displacement")
-        displaced = None if socket is None else self._feeding(socket, ())
+        displaced = self._fed(output, "Displacement")
         if isinstance(displaced, Link):
             self.displacement = displaced
             self.displacement_method = owner.displacement_method
@@ -184,6 +182,11 @@ class Walk:
         if casts_whole_shadows(owner) and any(map(_lets_through, self.uses)):
             self._close_for_shadows()
         self._object()
+
+    def _fed(self, output, name):
+        """What feeds a socket of the output; None without the output or the socket: lamps have a surface alone, worlds no displacement."""
+        socket = None if output is None else output.inputs.get(name)
+        return None if socket is None else self._feeding(socket, ())
 
     def _close_for_shadows(self):
         """The surface as it is, but black to rays that look for lights: Cycles lets none of them through."""
@@ -195,7 +198,7 @@ class Walk:
     def read_volume(self, owner):
         """Walks from what fills the meshes of a material, or the world."""
         self._fills = True
-        found = self._feeding(tree_of(owner).get_output_node("CYCLES").inputs["Volume"], ())
+        found = self._fed(output_of(owner), "Volume")
         if isinstance(found, Link):
             self.volume = found
             self._walk(found.use)

@@ -23,11 +23,10 @@ def _color(light):
 
 def _with_nodes(light, findings, document, cache):
     """(what the light's node tree multiplies its strength with, None); or (1, the tree) where it varies and is evaluated."""
-    tree = nodes.tree_of(light)
-    if tree is None:
+    if nodes.tree_of(light) is None:
         return numpy.ones(3), None
     own = []
-    factor = _node_factor(light, tree, own)
+    factor = _node_factor(light, own)
     if all(verdict == EXACT for verdict, _ in own) or document is None or not graph.ENABLED:
         findings += own
         return factor, None
@@ -40,9 +39,9 @@ def _with_nodes(light, findings, document, cache):
     return factor, None
 
 
-def _node_factor(light, tree, findings):
+def _node_factor(light, findings):
     """What the light's node tree multiplies its strength with; its mean where it varies."""
-    output = tree.get_output_node("CYCLES")
+    output = nodes.output_of(light)
     walker = nodes.Walker()
     source = output and walker.source(nodes.Place(output.inputs["Surface"]))
     if not output or not source.socket.is_output:

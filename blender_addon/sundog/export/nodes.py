@@ -135,6 +135,8 @@ class Walker:
 
     def is_only_filled(self, output):
         """Whether a volume is all that a material's output is linked to: rays pass through its surface."""
+        if "Volume" not in output.inputs:
+            return False
         surface, volume = (self.source(Place(output.inputs[name])).socket for name in ("Surface", "Volume"))
         return volume.is_output and not surface.is_output
 
@@ -246,6 +248,29 @@ def tree_of(data):
         SceneWide.inlined[key] = _inlined(data)
     found = SceneWide.inlined[key]
     return data.node_tree if found is None else found.node_tree
+
+
+# Outputs that Cycles renders from 5.0 on, by whose tree it is: a later one where there is none of those before it.
+_OUTPUTS = (
+    (bpy.types.Material, ("ShaderNodeOutputMaterial", "ShaderNodeOutputLight")),
+    (bpy.types.World, ("ShaderNodeOutputWorld",)),
+    (bpy.types.Light, ("ShaderNodeOutputLight",)),
+)
+
+
+def output_of(data):
+    """The output node of a material, light or world that Cycles renders; None without one, or without nodes."""
+    tree = tree_of(data)
+    if tree is None:
+        return None
+    if not INLINED:
+        return tree.get_output_node("CYCLES")
+    for idname in next(kinds for owner, kinds in _OUTPUTS if isinstance(data, owner)):
+        found = [node for node in tree.nodes if node.bl_idname == idname and node.target in {"ALL", "CYCLES"}]
+        if found:
+            # The first of those that come first.
+            return max(found, key=lambda node: (node.target == "CYCLES", node.is_active_output))
+    return None
 
 
 def not_in_cycles(label):

@@ -145,13 +145,15 @@ class Reader:
         tree = nodes.tree_of(material)
         if tree is None:
             return Surface(base_color=Const(list(material.diffuse_color)[:3]))
-        output = tree.get_output_node("CYCLES")
+        output = nodes.output_of(material)
         if output is None:
             # Nothing is black.
             return Surface()
-        self.volume = volumes.read(self, nodes.Place(output.inputs["Volume"]))
-        if self._is_linked(nodes.Place(output.inputs["Displacement"])):
-            self.note(LOST, "displacement is left out")
+        # A light's output has a surface alone.
+        if "Volume" in output.inputs:
+            self.volume = volumes.read(self, nodes.Place(output.inputs["Volume"]))
+            if self._is_linked(nodes.Place(output.inputs["Displacement"])):
+                self.note(LOST, "displacement is left out")
         place = nodes.Place(output.inputs["Surface"])
         source = self.walker.source(place)
         # Volumes' shaders are nothing here.

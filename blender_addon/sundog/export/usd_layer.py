@@ -33,10 +33,9 @@ def write(folder, below, scene):
 
 def shine_of(world):
     """(colour, strength) of a world; the colour is None where it is linked, the strength where it is, both where it is no background."""
-    tree = world and nodes.tree_of(world)
-    if tree is None:
+    if world is None or nodes.tree_of(world) is None:
         return (tuple(world.color), 1.0) if world else ((0.0, 0.0, 0.0), 0.0)
-    output = tree.get_output_node("CYCLES")
+    output = nodes.output_of(world)
     links = output.inputs["Surface"].links if output else ()
     node = links[0].from_node if links else None
     if node is None or node.type != "BACKGROUND":

@@ -96,11 +96,8 @@ def _world(world, scene, layer, verdicts):
         return
     if not layer.use_sky:
         verdicts.add("world", world.name, LOST, "the view layer's switch Environment is taken as on")
-    tree = nodes.tree_of(world)
     verdicts.add("world", world.name)
-    if tree is None:
-        return
-    output = tree.get_output_node("CYCLES")
+    output = nodes.output_of(world)
     if output is None:
         return
     kinds = {node.type for node, _ in _reached(output, "Surface")}
@@ -108,7 +105,7 @@ def _world(world, scene, layer, verdicts):
     others = ", ".join(sorted(kinds - known))
     if others:
         verdicts.add("world", world.name, LOST, f"its nodes ({others}) are left out: Blender writes a colour or one image")
-    if output.inputs["Volume"].is_linked:
+    if "Volume" in output.inputs and output.inputs["Volume"].is_linked:
         verdicts.add("world", world.name, LOST, "its volume is left out")
     if any(not getattr(world.cycles_visibility, kind, True) for kind in ("camera", "diffuse", "glossy", "transmission", "scatter")):
         verdicts.add("world", world.name, LOST, "it is seen by all kinds of rays")
@@ -171,8 +168,7 @@ def _light(light):
             yield LOST, "it is no ellipse"
         if light.spread < math.pi * (1 - 1e-6):
             yield LOST, "it shines with its whole half space"
-    tree = nodes.tree_of(light)
-    output = tree and tree.get_output_node("CYCLES")
+    output = nodes.output_of(light)
     if output and not _is_plain(output):
         yield LOST, "its nodes are left out: it shines by its own settings"
     most = getattr(getattr(light, "cycles", None), "max_bounces", 1024)
@@ -190,12 +186,11 @@ def _is_plain(output):
 
 
 def _material(material):
-    tree = nodes.tree_of(material)
-    output = tree and tree.get_output_node("CYCLES")
+    output = nodes.output_of(material)
     if not output:
         return
     for socket in ("Volume", "Displacement"):
-        if output.inputs[socket].is_linked:
+        if socket in output.inputs and output.inputs[socket].is_linked:
             yield LOST, f"its {socket.lower()} is left out"
     lost, shaders = set(), set()
     for node, socket in _reached(output, "Surface"):

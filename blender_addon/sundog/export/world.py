@@ -119,13 +119,14 @@ def describe(world, cache, document, findings, report=None, pixel=None, as_tree=
     tree = nodes.tree_of(world)
     if tree is None:
         return result
-    output = tree.get_output_node("CYCLES")
+    output = nodes.output_of(world)
     if output is None:
         result["color"] = [0.0, 0.0, 0.0]
         return result
     walker = nodes.Walker()
     reader = Reader(walker)
-    volume = volumes.read(reader, nodes.Place(output.inputs["Volume"]))
+    # Before 5.0 another kind of output may stand for the world's, which has a surface alone.
+    volume = volumes.read(reader, nodes.Place(output.inputs["Volume"])) if "Volume" in output.inputs else None
     if isinstance(volume, volumes.Varying):
         volume, _ = volume.described(world, reader, (document, cache, []))
     findings.extend(reader.findings)
