@@ -168,3 +168,47 @@ class Inlined(kit.ExportTest):
 
 if __name__ == "__main__":
     unittest.main()
+
+
+class Outputs(kit.ExportTest):
+    """Trees with outputs of several kinds, as old files have them."""
+
+    COLORS = {"Light": (1, 0, 0), "Material": (0, 1, 0), "World": (0, 0, 1)}
+
+    def fill(self, owner, kinds):
+        """Another colour by each output."""
+        owner.use_nodes = True
+        tree = owner.node_tree
+        tree.nodes.clear()
+        for kind in kinds:
+            glow, output = tree.nodes.new("ShaderNodeEmission"), tree.nodes.new(f"ShaderNodeOutput{kind}")
+            glow.inputs["Color"].default_value = (*self.COLORS[kind], 1)
+            tree.links.new(glow.outputs[0], output.inputs["Surface"])
+
+    def test_the_output_of_the_trees_own_kind_is_rendered(self):
+        """Blender's own function says the first of all, which Cycles went by before 5.0."""
+        self.write_graphs(True)
+        kit.unbiased(self.scene.cycles)
+        kit.even_world(self.scene, 1)
+        mesh, floor = kit.plane("plane", 2), kit.plane("floor", 2)
+        mesh.materials.append(bpy.data.materials.new("glow"))
+        floor.materials.append(kit.material("floor", Base_Color=(0.8, 0.8, 0.8, 1), Roughness=1))
+        self.link("plane", mesh, location=(-1, 0, 0))
+        self.link("floor", floor, location=(1, 0, 0))
+        lamp = bpy.data.lights.new("lamp", "SUN")
+        self.link("lamp", lamp)
+        self.camera.data.type, self.camera.data.ortho_scale = "ORTHO", 6
+        self.camera.location, self.camera.rotation_euler = (0, 0, 2), (0, 0, 0)
+        for material, world, light in (
+            (("Light", "Material"), ("Light", "World"), ("Material", "Light")),
+            (("World", "Light"), ("World", "Material"), ("Light",)),
+            (("World",), ("Light",), ("World", "Material")),
+        ):
+            with self.subTest(material=material, world=world, light=light):
+                for owner, kinds in ((mesh.materials[0], material), (self.scene.world, world), (lamp, light)):
+                    self.fill(owner, kinds)
+                cycles = kit.cycles_pixels(24, 24, 64)
+                ours = kit.rendered(self.export().path, 24, 24, 64)
+                # The material, the floor and the world, away from edges.
+                for part in (numpy.s_[10:14, 6:10], numpy.s_[10:14, 14:18], numpy.s_[1:4, 1:23]):
+                    self.near(ours[part].mean((0, 1)), cycles[part].mean((0, 1)), 0.02)
