@@ -82,6 +82,35 @@ class Causes(kit.ExportTest):
         # It was 37 % darker; light that is behind in part is lost in other shares.
         self.near(ours, cycles, 0.05)
 
+    def test_bumps_that_raise_nothing(self):
+        """Numbers for their normals are ignored, what varies and missing images count. The edges of a house's roof had a tenth of their light."""
+        self.scene.world = None
+        bpy.ops.object.light_add(type="SUN", rotation=(0.7, 0.3, 0))
+        bpy.context.object.data.energy = 3
+        self.camera.location, self.camera.rotation_euler = (0, 0, 2), (0, 0, 0)
+        for kind in ("CombineXYZ", "TexNoise", "TexImage", "MixRGB"):
+            with self.subTest(kind=kind):
+                for made in list(bpy.data.meshes):
+                    bpy.data.meshes.remove(made)
+                material = kit.material("bumped", Base_Color=(0.8, 0.8, 0.8, 1), Roughness=1)
+                tree = material.node_tree
+                shader = next(n for n in tree.nodes if n.type == "BSDF_PRINCIPLED")
+                bump, normal = (tree.nodes.new(f"ShaderNode{name}") for name in ("Bump", kind))
+                for socket, value in zip(normal.inputs, (0.3, 0.5, 0.4)):
+                    if kind == "CombineXYZ":
+                        socket.default_value = value
+                if kind == "MixRGB":
+                    for socket in list(normal.inputs)[1:3]:
+                        tree.links.new(tree.nodes.new("ShaderNodeTexImage").outputs["Color"], socket)
+                color = normal.outputs.get("Color") or normal.outputs[0]
+                tree.links.new(color, bump.inputs["Normal"])
+                tree.links.new(bump.outputs[0], shader.inputs["Normal"])
+                bpy.ops.mesh.primitive_plane_add(size=8)
+                bpy.context.object.data.materials.append(material)
+                ours, cycles = self.shown(256)
+                print(f"bump of {kind}: {ours:.5f} {cycles:.5f} {ours / cycles - 1:+.2%}")
+                self.near(ours, cycles, 0.005)
+
     def test_lights_behind_rough_glass(self):
         """At grazing angles Cycles evaluates facets from their backs: half of what a rough ball shows of a sun behind it."""
         self.scene.world = None

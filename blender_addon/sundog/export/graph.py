@@ -285,6 +285,8 @@ class Walk:
         found = place.socket
         if found == socket and place.groups == groups:
             return None if _is_implicit(socket) else self._finite(socket, _numbers(socket, socket.type))
+        if socket.type == "VECTOR" and self._passes_missing(place):
+            return self._feeding(place.node.inputs["Normal"], place.groups)
         constant = self._constant(place)
         if constant is not None:
             return self._fixed(socket, found, self._along(constant, [*reversed(kinds), socket.type]))
@@ -308,6 +310,25 @@ class Walk:
         if _becomes_truth(way):
             link = self._truth(Link(self._use(place), found.identifier), way[0])
         return self._made("ShaderNodeEmission", "Emission", {"Color": link, "Strength": 1.0}) if shines else link
+
+    def _passes_missing(self, place):
+        """Whether a Bump raises nothing, and its normal comes from an image that is missing: that is no constant to Cycles, which ignores
+        constant normals of such a Bump."""
+        bump = place.node
+        if not place.socket.is_output or bump.type != "BUMP" or isinstance(self._feeding(bump.inputs["Height"], place.groups), Link):
+            return False
+        ahead, seen = [Place(bump.inputs["Normal"], place.groups)], set()
+        while ahead:
+            source = self.walker.source(ahead.pop())
+            node = source.node
+            key = (node.as_pointer(), tuple(group.as_pointer() for group in source.groups))
+            if not source.socket.is_output or key in seen:
+                continue
+            seen.add(key)
+            if node.type in _IMAGES and self.picture(node) is images.MISSING:
+                return True
+            ahead += [Place(each, source.groups) for each in node.inputs if each.enabled]
+        return False
 
     def _use(self, place):
         node = place.node

@@ -1,9 +1,10 @@
 //! Graphs without what changes nothing: constants are folded, branches that are not seen are gone.
 
+use super::function::bump;
 use super::node::{LAYERS, glass, glossy, math, metallic, mix, mix_shader, normal_map, principled};
 use super::{
-    Blend, Facts, Graph, Input, Lane, Link, MathOperation, Node, NodeKind, Range, SimpleBsdf,
-    SocketKind, Unit,
+    Blend, Facts, Function, Graph, Input, Lane, Link, MathOperation, Node, NodeKind, Range,
+    SimpleBsdf, SocketKind, Unit,
 };
 
 /// Folds what is the same everywhere, and takes out what is not seen, as far as the facts say.
@@ -24,12 +25,13 @@ pub fn fold(graph: &mut Graph, facts: &mut impl Facts) {
             let was_linked = input.link().is_some();
             if let Input::Link(link) = input {
                 let other = instead[link.node as usize].unwrap_or(input);
-                // Sockets of values do not take the surface's own normal by themselves.
+                // Sockets of values do not take the surface's own normal by themselves, and make other numbers of a colour than of a normal.
                 let is_value = matches!(
                     socket.kind,
                     SocketKind::Float | SocketKind::Color | SocketKind::Vector
                 );
-                if other != Input::None || !is_value {
+                let of_bump = is_bump(&graph.node(link).kind);
+                if !is_value || other != Input::None && !of_bump {
                     input = other;
                 }
             }
@@ -53,6 +55,7 @@ pub fn fold(graph: &mut Graph, facts: &mut impl Facts) {
         if let NodeKind::PrincipledBsdf { edge_tint, .. } = graph.nodes[at].kind {
             cut_hidden(graph, (at, edge_tint), &results, &factors);
         }
+        cut_normal(graph, at, &factors);
         cut_tangent(graph, at);
         cut_layers(graph, at);
         instead[at] = replacement(graph, at, facts);
@@ -182,10 +185,31 @@ fn replacement(graph: &Graph, at: usize, facts: &mut impl Facts) -> Option<Input
             _ => None,
         },
         NodeKind::NormalMap { .. } => is_flat(graph, at, facts).then_some(Input::None),
+        // What raises nothing is passed by.
+        kind if is_bump(kind) && inputs[bump::HEIGHT].link().is_none() => {
+            Some(inputs[bump::NORMAL])
+        }
         NodeKind::MixShader if leads_to_nothing(graph, at) => None,
         NodeKind::MixShader if is(mix_shader::FACTOR, 0.0) => Some(inputs[mix_shader::A]),
         NodeKind::MixShader if is(mix_shader::FACTOR, 1.0) => Some(inputs[mix_shader::B]),
         _ => None,
+    }
+}
+
+fn is_bump(kind: &NodeKind) -> bool {
+    matches!(kind, NodeKind::Function(Function::Bump { .. }))
+}
+
+/// A Bump that raises nothing loses a normal that is made of numbers alone, as in Cycles: its socket has no link then, and the surface's
+/// own normal counts. `as_written`: results where images may be anything, as Cycles does not look at them.
+fn cut_normal(graph: &mut Graph, at: usize, as_written: &[Range]) {
+    let Node { kind, inputs } = &graph.nodes[at];
+    if !is_bump(kind) || inputs[bump::HEIGHT].link().is_some() {
+        return;
+    }
+    let normal = graph.range_of(as_written, inputs[bump::NORMAL], SocketKind::Vector);
+    if normal.constant().is_some() {
+        graph.nodes[at].inputs[bump::NORMAL] = Input::None;
     }
 }
 

@@ -1,4 +1,4 @@
-use super::function::PlaceInput;
+use super::function::{PlaceInput, bump};
 use super::node::{emission, math, mix, mix_shader, normal_map, principled, separate};
 use super::*;
 use crate::nodes::vector::Mapping;
@@ -276,6 +276,46 @@ fn normal_maps_of_no_strength_are_none() {
         let graph = folded(graph, surface().with(principled::NORMAL, map));
         assert_eq!(!graph.has_normal_map(), gone);
         assert_eq!(graph.textures().count(), usize::from(!gone));
+    }
+}
+
+/// Numbers alone are ignored there, as in Cycles; an image is none, even one of a single colour.
+#[test]
+fn a_bump_that_raises_nothing_is_passed_by() {
+    let with = |normal: fn(&mut Graph) -> Link, height: bool| {
+        let mut graph = Graph::default();
+        let normal = normal(&mut graph);
+        let mut raised = Node::new(NodeKind::Function(Function::Bump {
+            invert: false,
+            object_space: false,
+            undisplaced: None,
+            is_of_5: true,
+            widened: false,
+        }))
+        .with(bump::NORMAL, normal);
+        if height {
+            let any = image(&mut graph, 1);
+            raised = raised.with(bump::HEIGHT, any);
+        }
+        let raised = graph.add(raised);
+        let graph = folded(graph, surface().with(principled::NORMAL, raised));
+        let normal = last(&graph).inputs[principled::NORMAL];
+        normal.link().map(|link| graph.node(link).kind.clone())
+    };
+    let numbers =
+        |graph: &mut Graph| graph.add(Node::new(NodeKind::Function(Function::CombineXyz)));
+    let red = |graph: &mut Graph| image(graph, 0);
+    assert_eq!(with(numbers, false), None);
+    assert!(matches!(
+        with(red, false),
+        Some(NodeKind::ImageTexture { .. })
+    ));
+    for normal in [numbers, red] {
+        let kind = with(normal, true);
+        assert!(matches!(
+            kind,
+            Some(NodeKind::Function(Function::Bump { .. }))
+        ));
     }
 }
 
