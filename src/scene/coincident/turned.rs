@@ -7,7 +7,7 @@ use crate::scene::{Instance, Scene};
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 
-/// Triangles of a scene up to which such faces are looked for: a million takes about a fifth of a second.
+/// Triangles of a scene among which such faces are looked for, those of the smallest meshes: a million takes about a fifth of a second.
 const MOST_TRIANGLES: usize = 1 << 20;
 
 /// Cells of a normal's components, and of the scene's extent along it. Faces in one plane are in one cell but for
@@ -41,11 +41,7 @@ struct Placed {
 
 /// Triangles that overlap another in their plane, whichever way it lies.
 pub(super) fn find(scene: &Scene) -> Vec<(u32, u32)> {
-    let count = |instance| mesh_of(scene, instance).triangles.len();
-    if scene.instances.iter().map(count).sum::<usize>() > MOST_TRIANGLES {
-        return Vec::new();
-    }
-    let mut faces = faces(scene);
+    let mut faces = faces(scene, &looked_at(scene));
     faces.par_sort_unstable_by_key(|face| (face.cell, face.instance, face.triangle));
     let cells: Vec<&[Face]> = faces
         .chunk_by(|a, b| a.cell == b.cell)
@@ -57,15 +53,30 @@ pub(super) fn find(scene: &Scene) -> Vec<(u32, u32)> {
         .collect()
 }
 
-/// Faces, but for those that are seen to be alone in their cell: of what is curved, nearly all.
-fn faces(scene: &Scene) -> Vec<Face> {
-    let still = (0..)
+/// Instances whose faces are looked at, without the largest where all are too many: a landscape of millions does not hide that a figure on it
+/// stands twice.
+fn looked_at(scene: &Scene) -> Vec<(u32, &Instance)> {
+    let mut still: Vec<(u32, &Instance)> = (0..)
         .zip(&scene.instances)
-        .filter(|(_, instance)| !lies_on_nothing(scene, instance));
-    let planes: Vec<Placed> = still
-        .collect::<Vec<_>>()
-        .into_par_iter()
-        .flat_map(|(number, instance)| planes(scene, number, instance))
+        .filter(|(_, instance)| !lies_on_nothing(scene, instance))
+        .collect();
+    let count = |(_, instance): &(u32, &Instance)| mesh_of(scene, instance).triangles.len();
+    if still.iter().map(count).sum::<usize>() > MOST_TRIANGLES {
+        still.sort_by_key(count);
+        let mut sum = 0;
+        still.retain(|each| {
+            sum += count(each);
+            sum <= MOST_TRIANGLES
+        });
+    }
+    still
+}
+
+/// Faces, but for those that are seen to be alone in their cell: of what is curved, nearly all.
+fn faces(scene: &Scene, looked_at: &[(u32, &Instance)]) -> Vec<Face> {
+    let planes: Vec<Placed> = looked_at
+        .par_iter()
+        .flat_map(|&(number, instance)| planes(scene, number, instance))
         .collect();
     let extent = planes.par_iter().map(|plane| plane.size);
     let extent = extent.reduce(|| 0.0, f64::max);
