@@ -573,6 +573,9 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             self.end(End::Absorbed);
             return None;
         };
+        if s.is_as_diffuse && self.world.is_as_in_cycles() {
+            s.scattering = Scattering::Diffuse;
+        }
         // Where some kinds of rays see less than others, each kind is an estimate of its own.
         if E::EVERYTHING && self.world.by_kind && !self.world.is_as_in_cycles() {
             (s.weight, s.pdf) = s.alone;

@@ -638,6 +638,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
                 beyond,
                 scattering,
                 alone: (weight, 0.0),
+                is_as_diffuse: false,
                 is_translucent: false,
                 alpha: 0.0,
             });
@@ -652,6 +653,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
         sums.add(of, entry.p, entry.is_diffuse);
         let sample = Self::weigh(wi, (scattering, beyond), &sums)?;
         Some(BsdfSample {
+            is_as_diffuse: self.is_as_diffuse(entry, scattering, &sums, choice),
             is_translucent: K::TRANSMISSION && matches!(entry.lobe, Lobe::Translucent(_)),
             alpha: if K::TRANSMISSION && beyond {
                 entry.lobe.alpha()
@@ -684,6 +686,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
             beyond,
             scattering,
             alone: (kind.value / kind.pdf, kind.pdf),
+            is_as_diffuse: false,
             is_translucent: false,
             alpha: 1.0,
         })

@@ -111,6 +111,21 @@ class Causes(kit.ExportTest):
                 print(f"bump of {kind}: {ours:.5f} {cycles:.5f} {ours / cycles - 1:+.2%}")
                 self.near(ours, cycles, 0.005)
 
+    def test_limits_of_glossy_bounces(self):
+        """Whether a bounce counts as glossy goes by Cycles' densities, whose facets reflect below the surface as well."""
+        kit.even_world(self.scene, 0)
+        bpy.ops.mesh.primitive_cube_add(size=6)
+        bpy.context.object.data.materials.append(kit.material("room", Base_Color=(1, 1, 1, 1), Roughness=1))
+        bpy.ops.object.light_add(type="POINT", location=(1, 1, 1))
+        bpy.context.object.data.energy = 100
+        self.camera.location, self.camera.rotation_euler = (0, -2, 0), (math.pi / 2, 0, 0)
+        cycles = self.scene.cycles
+        cycles.max_bounces, cycles.diffuse_bounces, cycles.glossy_bounces = 8, 8, 0
+        found, theirs = self.export(), kit.cycles_pixels(16, 16, 1024).mean()
+        ours = kit.rendered(found.path, 16, 16, 1024).mean()
+        print(f"no glossy bounces: {ours:.5f} {theirs:.5f} {ours / theirs - 1:+.2%}")
+        self.near(ours, theirs, 0.005)
+
     def test_lights_behind_rough_glass(self):
         """At grazing angles Cycles evaluates facets from their backs: half of what a rough ball shows of a sun behind it."""
         self.scene.world = None

@@ -23,6 +23,9 @@ pub struct BsdfSample {
     pub scattering: Scattering,
     /// Weight and density for an estimate of the lobes of that kind alone, beside which the others have their own.
     pub alone: (Vec3, f32),
+    /// A glossy lobe was drawn, and in Cycles a diffuse one would have been: both can draw the direction, and a glossy lobe of Cycles
+    /// draws it more seldom.
+    pub is_as_diffuse: bool,
     /// The lobe that was drawn is a diffuse one that lets light through.
     pub is_translucent: bool,
     /// α of the lobe that was drawn, if `beyond`: 0 of clear glass, 1 of lobes without facets.

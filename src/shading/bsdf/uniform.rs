@@ -60,6 +60,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
             beyond,
             scattering,
             alone: (part / (v.pdf * p), v.pdf * p),
+            is_as_diffuse: false,
             is_translucent: false,
             alpha: 1.0,
         })
