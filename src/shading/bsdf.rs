@@ -653,7 +653,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
         sums.add(of, entry.p, entry.is_diffuse);
         let sample = Self::weigh(wi, (scattering, beyond), &sums)?;
         Some(BsdfSample {
-            is_as_diffuse: self.is_as_diffuse(entry, scattering, &sums, choice),
+            is_as_diffuse: self.is_as_diffuse(scattering, &sums, choice),
             is_translucent: K::TRANSMISSION && matches!(entry.lobe, Lobe::Translucent(_)),
             alpha: if K::TRANSMISSION && beyond {
                 entry.lobe.alpha()

@@ -1,6 +1,6 @@
 //! How rough a surface is to what it scatters to a direction.
 
-use super::{Bsdf, BsdfSample, Entry, Sums};
+use super::{Bsdf, BsdfSample, Sums};
 use crate::math::average;
 use crate::shading::{BsdfFeatures, Scattering};
 use glam::Vec3;
@@ -9,25 +9,24 @@ impl<K: BsdfFeatures> Bsdf<K> {
     /// Whether a direction that a lobe has drawn counts as diffuse in Cycles, by a number `u`.
     ///
     /// Beside the diffuse density d a direction is diffuse there by d / (d + s g), where s g is the glossy density: all facets are drawn, and
-    /// no lobe has a least share. Here it is by d / (d + g). Exact for one glossy lobe over a Lambertian one.
-    pub(super) fn is_as_diffuse(
-        &self,
-        entry: &Entry,
-        scattering: Scattering,
-        sums: &Sums,
-        u: f32,
-    ) -> bool {
+    /// no lobe has a least share. Here it is by d / (d + g). Exact for one glossy lobe over a Lambertian one; several have one s, their mean.
+    pub(super) fn is_as_diffuse(&self, scattering: Scattering, sums: &Sums, u: f32) -> bool {
         let (diffuse, glossy) = (sums.diffuse.pdf, sums.others.pdf);
         if scattering != Scattering::Glossy || diffuse <= 0.0 {
             return false;
         }
         let base = average(self.lambert.color);
-        let drawn = if base > 0.0 {
-            entry.importance() * (1.0 - self.p_others) / (base * entry.p)
-        } else {
-            1.0
-        };
-        let share = (entry.lobe.share_of_all_facets() * drawn).min(1.0);
+        let (mut all, mut drawn) = (0.0, 0.0);
+        for entry in self.others.iter().filter(|entry| !entry.is_diffuse) {
+            let p = if base > 0.0 {
+                entry.importance() * (1.0 - self.p_others) / base
+            } else {
+                entry.p
+            };
+            all += entry.p;
+            drawn += p * entry.lobe.share_of_all_facets();
+        }
+        let share = if drawn < all { drawn / all } else { 1.0 };
         u * (diffuse + share * glossy) < diffuse * (1.0 - share)
     }
 
