@@ -62,8 +62,12 @@ def one(options):
     import export_kit as kit
 
     result = {"file": options.files}
-    place = os.path.join(options.output, key(options.files))
+    path, place = os.path.abspath(options.files), os.path.join(options.output, key(options.files))
     os.makedirs(place, exist_ok=True)
+    if "SUNDOG_PROGRAM" in os.environ:
+        os.environ["SUNDOG_PROGRAM"] = os.path.abspath(os.environ["SUNDOG_PROGRAM"])
+    # Blender's fluids leave a table of 25 MB where they are run.
+    os.chdir(place)
 
     def keep(**more):
         result.update(more)
@@ -75,7 +79,7 @@ def one(options):
     begun = time.perf_counter()
     with kit.quiet():
         # Files of strangers: their scripts do not run.
-        bpy.ops.wm.open_mainfile(filepath=os.path.abspath(options.files), load_ui=False, use_scripts=False)
+        bpy.ops.wm.open_mainfile(filepath=path, load_ui=False, use_scripts=False)
     scene = bpy.context.scene
     keep(version=list(bpy.data.version), engine=scene.render.engine, opened=time.perf_counter() - begun)
     if scene.render.engine != "CYCLES":
