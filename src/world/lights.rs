@@ -248,8 +248,8 @@ pub(super) fn prepare(
 }
 
 /// Whether rays that are scattered find other light than light samples do: objects are in the way of some kinds of rays only,
-/// what lets light pass or shines asks which ray it is, a lamp shines through what stops rays, or some fibres are drawn otherwise
-/// than they are evaluated.
+/// lamps shine through what stops rays, what lets light pass or shines asks which ray it is, or some fibres are drawn otherwise than they
+/// are evaluated.
 fn rays_find_other_things(scene: &Scene, materials: &[Arc<PreparedMaterial>]) -> bool {
     let is_of_ray = |node: &Node| matches!(&node.kind, NodeKind::Function(Function::Place(input)) if input.tells_rays_apart());
     let of_lamps = scene
@@ -259,7 +259,6 @@ fn rays_find_other_things(scene: &Scene, materials: &[Arc<PreparedMaterial>]) ->
     let world = scene.environment.as_ref().and_then(|e| e.graph.as_ref());
     let mut shining = of_lamps.chain(world.map(|world| &world.graph));
     effects::tells_rays_apart(scene)
-        || (scene.lights.iter()).any(|light| !light.visibility.sees(RayKind::Shadow))
         || (scene.instances.iter()).any(|i| !i.visibility.is_alike_on_paths())
         || materials
             .iter()

@@ -96,10 +96,10 @@ class Causes(kit.ExportTest):
                 tree = material.node_tree
                 shader = next(n for n in tree.nodes if n.type == "BSDF_PRINCIPLED")
                 bump, normal = (tree.nodes.new(f"ShaderNode{name}") for name in ("Bump", kind))
-                for socket, value in zip(normal.inputs, (0.3, 0.5, 0.4)):
-                    if kind == "CombineXYZ":
+                if kind == "CombineXYZ":
+                    for socket, value in zip(normal.inputs, (0.3, 0.5, 0.4)):
                         socket.default_value = value
-                if kind == "MixRGB":
+                elif kind == "MixRGB":
                     for socket in list(normal.inputs)[1:3]:
                         tree.links.new(tree.nodes.new("ShaderNodeTexImage").outputs["Color"], socket)
                 color = normal.outputs.get("Color") or normal.outputs[0]

@@ -136,6 +136,11 @@ def _part(value, output):
     return sum(value[:3]) / 3 if output == "Fac" else (*value[:3], 1.0)[: 4 if output == "Color" else 3]
 
 
+def _key(place):
+    """What a node of a tree, in the groups that lead to it, is told by."""
+    return tuple(group.as_pointer() for group in place.groups), place.node.as_pointer()
+
+
 class Walk:
     """All nodes that a surface needs, in order of dependence; `findings` for what is not as in Blender."""
 
@@ -321,7 +326,7 @@ class Walk:
         while ahead:
             source = self.walker.source(ahead.pop())
             node = source.node
-            key = (node.as_pointer(), tuple(group.as_pointer() for group in source.groups))
+            key = _key(source)
             if not source.socket.is_output or key in seen:
                 continue
             seen.add(key)
@@ -332,7 +337,7 @@ class Walk:
 
     def _use(self, place):
         node = place.node
-        key = (tuple(g.as_pointer() for g in place.groups), node.as_pointer())
+        key = _key(place)
         if key not in self._known:
             self._known[key] = Use(node, place.groups)
         use = self._known[key]

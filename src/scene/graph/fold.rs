@@ -186,9 +186,7 @@ fn replacement(graph: &Graph, at: usize, facts: &mut impl Facts) -> Option<Input
         },
         NodeKind::NormalMap { .. } => is_flat(graph, at, facts).then_some(Input::None),
         // What raises nothing is passed by.
-        kind if is_bump(kind) && inputs[bump::HEIGHT].link().is_none() => {
-            Some(inputs[bump::NORMAL])
-        }
+        _ if raises_nothing(&graph.nodes[at]) => Some(inputs[bump::NORMAL]),
         NodeKind::MixShader if leads_to_nothing(graph, at) => None,
         NodeKind::MixShader if is(mix_shader::FACTOR, 0.0) => Some(inputs[mix_shader::A]),
         NodeKind::MixShader if is(mix_shader::FACTOR, 1.0) => Some(inputs[mix_shader::B]),
@@ -200,14 +198,19 @@ fn is_bump(kind: &NodeKind) -> bool {
     matches!(kind, NodeKind::Function(Function::Bump { .. }))
 }
 
+/// Whether it is a Bump whose height is the same everywhere.
+fn raises_nothing(node: &Node) -> bool {
+    is_bump(&node.kind) && node.inputs[bump::HEIGHT].link().is_none()
+}
+
 /// A Bump that raises nothing loses a normal that is made of numbers alone, as in Cycles: its socket has no link then, and the surface's
 /// own normal counts. `as_written`: results where images may be anything, as Cycles does not look at them.
 fn cut_normal(graph: &mut Graph, at: usize, as_written: &[Range]) {
-    let Node { kind, inputs } = &graph.nodes[at];
-    if !is_bump(kind) || inputs[bump::HEIGHT].link().is_some() {
+    if !raises_nothing(&graph.nodes[at]) {
         return;
     }
-    let normal = graph.range_of(as_written, inputs[bump::NORMAL], SocketKind::Vector);
+    let normal = graph.nodes[at].inputs[bump::NORMAL];
+    let normal = graph.range_of(as_written, normal, SocketKind::Vector);
     if normal.constant().is_some() {
         graph.nodes[at].inputs[bump::NORMAL] = Input::None;
     }
