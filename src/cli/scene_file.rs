@@ -61,7 +61,7 @@ pub fn load_all(
         left_out: Vec::new(),
         diagnostics: imported.diagnostics,
     };
-    environment.light(&mut file)?;
+    environment.light(&mut file, import.max_memory)?;
     file.complete();
     Ok(file)
 }
@@ -135,13 +135,18 @@ impl args::Environment {
     }
 
     /// Lights the scene of a file, if that is asked for.
-    fn light(&self, file: &mut SceneFile) -> Result<(), Failure> {
+    fn light(&self, file: &mut SceneFile, most_bytes: Option<u64>) -> Result<(), Failure> {
         let strength = self.environment_strength.unwrap_or(1.0) as f32;
         let rotation_degrees = self.environment_rotation.unwrap_or(0.0) as f32;
         let scene = &mut file.scene;
         if let Some(path) = &self.environment {
-            let diagnostics = import::load_environment(scene, path, strength, rotation_degrees)
-                .map_err(|error| Failure::new(error.to_string()))?;
+            let diagnostics = import::load_environment_within(
+                scene,
+                path,
+                (strength, rotation_degrees),
+                most_bytes,
+            )
+            .map_err(|error| Failure::new(error.to_string()))?;
             file.diagnostics.append(diagnostics);
         } else if let Some(color) = self.environment_color {
             let mut radiance = color.map(|component| component * strength);

@@ -5,4 +5,5 @@ pub mod embree;
 pub mod memory;
 pub mod ocio;
 pub mod oidn;
+pub mod scratch;
 pub mod values;

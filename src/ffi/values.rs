@@ -1,15 +1,21 @@
 //! Numbers of an image, in memory or in a scratch file that is mapped into it: the system reads what is asked for, and gives up
 //! what was not asked for long when memory gets short.
 
+use super::scratch::Scratch;
 use bytemuck::Pod;
-use memmap2::{Mmap, MmapOptions};
-use rustix::fs::fstatfs;
 use std::fmt;
-use std::fs::File;
-use std::io::{self, Write};
+use std::io;
 use std::ops::{Deref, DerefMut};
-use std::path::PathBuf;
 use std::ptr::NonNull;
+
+/// Where numbers are to be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// In memory.
+    Memory,
+    /// In a scratch file, if there is room for one.
+    File,
+}
 
 /// Numbers that are read as a slice, wherever they are.
 pub struct Values<T> {
@@ -23,7 +29,7 @@ pub struct Values<T> {
 enum Kept<T> {
     Memory(Vec<T>),
     #[expect(dead_code, reason = "it keeps the memory mapped")]
-    File(Mmap),
+    File(Scratch),
 }
 
 // SAFETY: `start` points into `kept`, which `Values` owns as a vector owns its values; both of its kinds may be sent.
@@ -31,55 +37,70 @@ unsafe impl<T: Send> Send for Values<T> {}
 // SAFETY: as above; a shared reference gives shared references to the values alone.
 unsafe impl<T: Sync> Sync for Values<T> {}
 
-/// The number by which Linux knows a file system in memory (`statfs(2)`).
-const TMPFS: i64 = 0x0102_1994;
-
 impl<T: Pod> Values<T> {
-    /// Moves numbers into a scratch file, which has no name and is gone when nobody reads it.
+    /// Zeros in a scratch file, which has no name and is gone when nobody reads it.
     ///
     /// # Errors
     /// No folder for temporary files is on a disk, or there is no room.
-    pub fn in_file(values: &[T]) -> io::Result<Self> {
-        let mut file = scratch()?;
-        file.write_all(bytemuck::cast_slice(values))?;
-        if values.is_empty() {
+    pub fn zeros_in_file(count: usize) -> io::Result<Self> {
+        let too_many = || io::Error::from(io::ErrorKind::InvalidInput);
+        let bytes = count.checked_mul(size_of::<T>()).ok_or_else(too_many)?;
+        if bytes == 0 {
             return Ok(Vec::new().into());
         }
-        // SAFETY: the file has no name and its one handle is here: nobody changes it or makes it shorter.
-        let map = unsafe { MmapOptions::new().map(&file)? };
-        // A page begins where any number may.
-        let count = bytemuck::try_cast_slice::<u8, T>(&map).map_or(0, <[T]>::len);
-        if count != values.len() {
-            return Err(io::ErrorKind::UnexpectedEof.into());
-        }
-        let start = NonNull::from(&*map).cast();
+        let mut scratch = Scratch::new(bytes)?;
         Ok(Self {
-            start,
+            // A page begins where any number may.
+            start: scratch.start().cast(),
             count,
-            kept: Kept::File(map),
+            kept: Kept::File(scratch),
         })
+    }
+
+    /// Zeros at a place.
+    pub fn zeros(count: usize, place: Place) -> Self {
+        if place == Place::File
+            && let Ok(there) = Self::zeros_in_file(count)
+        {
+            return there;
+        }
+        vec![T::zeroed(); count].into()
+    }
+
+    /// Copies numbers into a scratch file.
+    ///
+    /// # Errors
+    /// As [`Self::zeros_in_file`].
+    pub fn in_file(values: &[T]) -> io::Result<Self> {
+        let mut there = Self::zeros_in_file(values.len())?;
+        there.copy_from_slice(values);
+        Ok(there)
+    }
+}
+
+impl<T: Clone> Values<T> {
+    /// A vector of them.
+    pub fn into_vec(self) -> Vec<T> {
+        match self.kept {
+            Kept::Memory(values) => values,
+            Kept::File(_) => self.to_vec(),
+        }
     }
 }
 
 impl<T> Values<T> {
     /// Whether they are in a scratch file.
     pub fn are_in_file(&self) -> bool {
-        matches!(self.kept, Kept::File(_))
+        self.place() == Place::File
     }
-}
 
-/// A file without a name on a disk. What lies in memory would save none.
-fn scratch() -> io::Result<File> {
-    for folder in [std::env::temp_dir(), PathBuf::from("/var/tmp")] {
-        if let Ok(file) = tempfile::tempfile_in(folder)
-            && fstatfs(&file).is_ok_and(|system| system.f_type != TMPFS)
-        {
-            return Ok(file);
+    /// Where they are.
+    pub fn place(&self) -> Place {
+        match self.kept {
+            Kept::Memory(_) => Place::Memory,
+            Kept::File(_) => Place::File,
         }
     }
-    Err(io::Error::other(
-        "no folder for temporary files is on a disk: set TMPDIR to one",
-    ))
 }
 
 impl<T> From<Vec<T>> for Values<T> {
@@ -102,27 +123,26 @@ impl<T> Deref for Values<T> {
     }
 }
 
-impl<T: Clone> DerefMut for Values<T> {
-    /// Those of a file are taken into memory first.
+impl<T> DerefMut for Values<T> {
     fn deref_mut(&mut self) -> &mut [T] {
-        if self.are_in_file() {
-            *self = self.to_vec().into();
+        if let Kept::Memory(values) = &mut self.kept {
+            // The one way from here on: a slice through `values` would end what `start` may do.
+            self.start = NonNull::from(&mut **values).cast();
         }
-        match &mut self.kept {
-            Kept::Memory(values) => {
-                // The one way from here on: a slice through `values` would end what `start` may do.
-                self.start = NonNull::from(&mut **values).cast();
-                // SAFETY: the slice of `values`, which is borrowed for as long.
-                unsafe { std::slice::from_raw_parts_mut(self.start.as_ptr(), self.count) }
-            }
-            Kept::File(_) => &mut [],
-        }
+        // SAFETY: the slice of `kept`, which is borrowed for as long; nobody but `Values` reaches what a scratch file holds.
+        unsafe { std::slice::from_raw_parts_mut(self.start.as_ptr(), self.count) }
     }
 }
 
-impl<T: Clone> Clone for Values<T> {
-    /// A copy in memory.
+impl<T: Pod> Clone for Values<T> {
+    /// A copy where they are, if there is room for it.
     fn clone(&self) -> Self {
+        if self.are_in_file()
+            && let Ok(copy) = Self::in_file(self)
+        {
+            return copy;
+        }
+        // Not with zeros first.
         self.to_vec().into()
     }
 }

@@ -22,6 +22,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use crate::ffi::scratch;
 use crate::math::primaries::WorkingSpace;
 use crate::math::words::counted;
 use crate::nodes::CyclesVersion;
@@ -46,7 +47,7 @@ pub struct ImportOptions {
     pub cycles: Option<CyclesVersion>,
     /// Reads files, too, that the scene names and that do not lie in its folder (or below it).
     pub allow_outside: bool,
-    /// Images of glTF files together take no more memory than so many bytes: the largest lie in scratch files.
+    /// The images of a scene together take no more memory than so many bytes: the largest lie in scratch files.
     pub image_bytes: Option<u64>,
     /// The time at which an animation of the file poses it; `None` is the pose that the file has without.
     pub animation: Option<AnimationTime>,
@@ -166,6 +167,19 @@ pub fn load_environment(
     strength: f32,
     rotation_degrees: f32,
 ) -> Result<Diagnostics, ImportError> {
+    load_environment_within(scene, path, (strength, rotation_degrees), None)
+}
+
+/// The same, where all images of the scene may take so many bytes of memory: beyond that the environment lies in a scratch file.
+///
+/// # Errors
+/// As [`load_environment`].
+pub fn load_environment_within(
+    scene: &mut Scene,
+    path: &Path,
+    (strength, rotation_degrees): (f32, f32),
+    most_bytes: Option<u64>,
+) -> Result<Diagnostics, ImportError> {
     let file = path.display().to_string();
     if !(strength.is_finite() && strength >= 0.0) {
         return Err(ImportError::malformed(
@@ -183,14 +197,18 @@ pub fn load_environment(
     }
     let bytes = error::read_file(path)?;
     let mut diagnostics = Diagnostics::default();
-    let space = scene.color_management.working_space;
-    let image = environment_image(&bytes, &file, &file, (space, false), &mut diagnostics)?;
     if let Some(old) = scene.environment.take()
         && let Some(id) = old.image
         && id.0 as usize + 1 == scene.images.len()
     {
         scene.images.pop();
     }
+    let taking = Taking {
+        space: scene.color_management.working_space,
+        floats_are_in_it: false,
+        most_bytes: left_for_images(&scene.images, most_bytes),
+    };
+    let image = environment_image(&bytes, &file, &file, &taking, &mut diagnostics)?;
     let id = ImageId(u32::try_from(scene.images.len()).unwrap_or(u32::MAX));
     scene.images.push(image);
     scene.environment = Some(Environment {
@@ -204,21 +222,44 @@ pub fn load_environment(
     Ok(diagnostics)
 }
 
+/// What is left of the memory that all images of a scene may take.
+fn left_for_images(images: &[Image], most: Option<u64>) -> Option<u64> {
+    let taken: u64 = images.iter().map(|i| i.pixels.bytes_in_memory()).sum();
+    Some(most?.saturating_sub(taken))
+}
+
+/// How an environment's image is read.
+struct Taking {
+    /// The scene's.
+    space: WorkingSpace,
+    /// Images of floats are in it already; all others are in Rec.709.
+    floats_are_in_it: bool,
+    /// Memory that it may take.
+    most_bytes: Option<u64>,
+}
+
 /// An equirectangular image as linear RGB of the scene's space, without values that light cannot have. `file` is for errors,
-/// `name` the image's own. `space` is the scene's, and whether images of floats are in it already; all others are in Rec.709.
+/// `name` the image's own.
 fn environment_image(
     bytes: &[u8],
     file: &str,
     name: &str,
-    (space, floats_are_in_it): (WorkingSpace, bool),
+    taking: &Taking,
     diagnostics: &mut Diagnostics,
 ) -> Result<Image, ImportError> {
     let limit = budget::Budget::for_image(bytes.len());
-    let mut image = image::decode_linear_rgb(bytes, name, &limit)
+    if let Some(most) = taking.most_bytes {
+        scratch::keep_mapped_below(most);
+    }
+    let mut image = image::decode_linear_rgb(bytes, name, &limit, taking.most_bytes)
         .map_err(|failure| ImportError::image(file, "environment image", failure))?;
+    if image.pixels.are_in_file() {
+        image::tell_in_file(&image, diagnostics);
+    }
     let of_floats = matches!(image::sniff(bytes), image::Format::Exr | image::Format::Hdr);
-    if let (Some(matrix), Pixels::F32(values)) = (space.matrix_from_rec709(), &mut image.pixels)
-        && !(of_floats && floats_are_in_it)
+    if let (Some(matrix), Pixels::F32(values)) =
+        (taking.space.matrix_from_rec709(), &mut image.pixels)
+        && !(of_floats && taking.floats_are_in_it)
     {
         let (pixels, _) = Arc::make_mut(values).as_chunks_mut::<3>();
         for pixel in pixels {

@@ -74,10 +74,14 @@ impl Texels {
     /// Packed, if all of them can be.
     pub(super) fn packed(self) -> Self {
         let packed = match &self {
-            Self::Plain(channels) if channels.len() <= 3 * MOST_PACKED => channels
-                .par_chunks_exact(3)
-                .map(|texel| SharedExponent::of(Vec3::from_slice(texel)))
-                .collect(),
+            Self::Plain(channels)
+                if channels.len() <= 3 * MOST_PACKED && !channels.are_in_file() =>
+            {
+                channels
+                    .par_chunks_exact(3)
+                    .map(|texel| SharedExponent::of(Vec3::from_slice(texel)))
+                    .collect()
+            }
             _ => None,
         };
         packed.map_or(self, Self::Packed)

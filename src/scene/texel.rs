@@ -1,7 +1,7 @@
 //! What the values of an image stand for.
 
 use super::{Image, ImageUse, Pixels};
-use crate::ffi::values::Values;
+use crate::ffi::values::{Place, Values};
 use glam::Vec4;
 use std::sync::{Arc, OnceLock};
 
@@ -37,11 +37,7 @@ impl Pixels {
 
     /// Whether they lie in a scratch file.
     pub fn are_in_file(&self) -> bool {
-        match self {
-            Self::U8(p) => p.are_in_file(),
-            Self::U16(p) => p.are_in_file(),
-            Self::F32(p) => p.are_in_file(),
-        }
+        self.place() == Place::File
     }
 
     /// The same, bit for bit, in a scratch file.
@@ -56,10 +52,13 @@ impl Pixels {
         })
     }
 
-    /// The same in a scratch file, if others are and there is room for it: what was made of them is as large.
-    pub fn where_they_are(self, others: &Self) -> Self {
-        let moved = others.are_in_file().then(|| self.in_file());
-        moved.and_then(Result::ok).unwrap_or(self)
+    /// Where they are.
+    pub fn place(&self) -> Place {
+        match self {
+            Self::U8(p) => p.place(),
+            Self::U16(p) => p.place(),
+            Self::F32(p) => p.place(),
+        }
     }
 
     /// Whether all bits are the same.

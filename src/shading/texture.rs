@@ -1,10 +1,12 @@
 //! Texture look-ups in the precision of the image.
 
+use crate::ffi::values::Values;
 use crate::math::floor;
 use crate::math::primaries::WorkingSpace;
 use crate::math::srgb;
 use crate::scene::texel::{decoded, from_u8, from_u16, rgba};
 use crate::scene::{Image, ImageAlpha, ImageUse, Pixels, Sampler, Texture, TextureFilter, Wrap};
+use bytemuck::Pod;
 use glam::{Mat3, Vec2, Vec4};
 use std::sync::{Arc, OnceLock};
 
@@ -27,12 +29,8 @@ impl Raster {
             height: image.height.max(1) as usize,
             channels,
             pixels: match alpha {
-                ImageAlpha::Straight { .. } if has_alpha => {
-                    multiplied(&image.pixels, channels).where_they_are(&image.pixels)
-                }
-                ImageAlpha::None if has_alpha => {
-                    opaque(&image.pixels, channels).where_they_are(&image.pixels)
-                }
+                ImageAlpha::Straight { .. } if has_alpha => multiplied(&image.pixels, channels),
+                ImageAlpha::None if has_alpha => opaque(&image.pixels, channels),
                 _ => image.pixels.clone(),
             },
         }
@@ -40,42 +38,48 @@ impl Raster {
 }
 
 /// Numbers with something done to each texel, whose last one is its opacity.
-fn changed<T: Copy>(values: &[T], channels: usize, change: impl Fn(&mut [T], &mut T)) -> Vec<T> {
-    let mut values = values.to_vec();
+fn changed<T: Pod>(
+    values: &Values<T>,
+    channels: usize,
+    change: impl Fn(&mut [T], &mut T),
+) -> Arc<Values<T>> {
+    let mut values = values.clone();
     for texel in values.chunks_exact_mut(channels) {
         if let Some((alpha, colors)) = texel.split_last_mut() {
             change(colors, alpha);
         }
     }
-    values
+    Arc::new(values)
 }
 
 /// Colours multiplied with opacity. Codes are rounded down, as in Cycles.
 fn multiplied(pixels: &Pixels, channels: usize) -> Pixels {
-    fn of<T: Copy>(values: &[T], channels: usize, product: impl Fn(T, T) -> T) -> Vec<T> {
+    fn of<T: Pod>(
+        values: &Values<T>,
+        channels: usize,
+        product: impl Fn(T, T) -> T,
+    ) -> Arc<Values<T>> {
         changed(values, channels, |colors, alpha| {
             colors.iter_mut().for_each(|c| *c = product(*c, *alpha));
         })
     }
     match pixels {
-        Pixels::U8(p) => of(p, channels, |c, a| {
+        Pixels::U8(p) => Pixels::U8(of(p, channels, |c, a| {
             (u16::from(c) * u16::from(a) / 255) as u8
-        })
-        .into(),
-        Pixels::U16(p) => of(p, channels, |c, a| {
+        })),
+        Pixels::U16(p) => Pixels::U16(of(p, channels, |c, a| {
             (u32::from(c) * u32::from(a) / 65_535) as u16
-        })
-        .into(),
-        Pixels::F32(p) => of(p, channels, |c, a| c * a).into(),
+        })),
+        Pixels::F32(p) => Pixels::F32(of(p, channels, |c, a| c * a)),
     }
 }
 
 /// The same colours without transparency.
 fn opaque(pixels: &Pixels, channels: usize) -> Pixels {
     match pixels {
-        Pixels::U8(p) => changed(p, channels, |_, alpha| *alpha = u8::MAX).into(),
-        Pixels::U16(p) => changed(p, channels, |_, alpha| *alpha = u16::MAX).into(),
-        Pixels::F32(p) => changed(p, channels, |_, alpha| *alpha = 1.0).into(),
+        Pixels::U8(p) => Pixels::U8(changed(p, channels, |_, alpha| *alpha = u8::MAX)),
+        Pixels::U16(p) => Pixels::U16(changed(p, channels, |_, alpha| *alpha = u16::MAX)),
+        Pixels::F32(p) => Pixels::F32(changed(p, channels, |_, alpha| *alpha = 1.0)),
     }
 }
 

@@ -552,38 +552,91 @@ fn every_compression_is_read_as_openexr_reads_it() {
     }
 }
 
-/// Moves images into scratch files until the others fit, tells which, and changes no bit of them.
+/// Moves images into scratch files until the others fit, tells which, and changes no bit of them: of glTF and of USD.
 #[test]
 fn images_beyond_what_they_may_take_lie_in_files() {
     let mut file = super::kit::Builder::square();
     let noise =
         image::RgbImage::from_fn(64, 32, |x, y| image::Rgb([(x * 7 + y * 13) as u8, 9, 200]));
+    let folder = tempfile::tempdir().unwrap();
+    noise.save(folder.path().join("noise.png")).unwrap();
+    let stage = folder.path().join("stage.usda");
+    std::fs::write(&stage, TEXTURED_STAGE).unwrap();
     let texture = file.png_texture(noise.into());
     file.json["materials"][0]["pbrMetallicRoughness"] =
         serde_json::json!({ "baseColorTexture": { "index": texture } });
-    let there = |most: Option<u64>| {
+    let there = |usd: bool, most: Option<u64>| {
         let options = sundog::import::ImportOptions {
             image_bytes: most,
             ..Default::default()
         };
-        let imported = file.load_with(&options).unwrap();
+        let imported = if usd {
+            sundog::import::load(&stage, &options).unwrap()
+        } else {
+            file.load_with(&options).unwrap()
+        };
         let image = &imported.scene.images[0];
         assert_eq!((image.width, image.height), (64, 32));
         let told = super::kit::found(&imported, "image-in-file").len();
         (image.pixels.clone(), image.pixels.are_in_file(), told)
     };
-    let (whole, ..) = there(None);
-    for (most, in_file) in [
-        (None, false),
-        (Some(3 * 64 * 32), false),
-        (Some(3 * 64 * 32 - 1), true),
-    ] {
-        let (pixels, is_in_file, told) = there(most);
-        assert_eq!(
-            (is_in_file, told),
-            (in_file, usize::from(in_file)),
-            "{most:?}"
-        );
-        assert!(pixels.is_same(&whole), "{most:?}");
+    let (whole, ..) = there(false, None);
+    for usd in [false, true] {
+        for (most, in_file) in [
+            (None, false),
+            (Some(3 * 64 * 32), false),
+            (Some(3 * 64 * 32 - 1), true),
+        ] {
+            let (pixels, is_in_file, told) = there(usd, most);
+            assert_eq!(
+                (is_in_file, told),
+                (in_file, usize::from(in_file)),
+                "{most:?}"
+            );
+            assert!(pixels.is_same(&whole), "{most:?}");
+        }
     }
+}
+
+const TEXTURED_STAGE: &str = r#"#usda 1.0
+def Mesh "square" (prepend apiSchemas = ["MaterialBindingAPI"]) {
+    point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
+    int[] faceVertexCounts = [3]
+    int[] faceVertexIndices = [0, 1, 2]
+    texCoord2f[] primvars:st = [(0, 0), (1, 0), (0, 1)] (interpolation = "vertex")
+    rel material:binding = </material>
+}
+def Material "material" {
+    token outputs:surface.connect = </material/surface.outputs:surface>
+    def Shader "surface" {
+        uniform token info:id = "UsdPreviewSurface"
+        color3f inputs:diffuseColor.connect = </material/image.outputs:rgb>
+        token outputs:surface
+    }
+    def Shader "image" {
+        uniform token info:id = "UsdUVTexture"
+        asset inputs:file = @noise.png@
+        float3 outputs:rgb
+    }
+}
+"#;
+
+/// An environment beyond what is left of the memory lies in a file, with the same numbers.
+#[test]
+fn environments_lie_in_files_as_images_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("sky.png");
+    image::RgbImage::from_fn(32, 16, |x, y| image::Rgb([x as u8, y as u8, 99]))
+        .save(&path)
+        .unwrap();
+    let bytes = 32 * 16 * 12;
+    let there = |most: Option<u64>| {
+        let mut scene = sundog::scene::Scene::default();
+        let at = (1.0, 0.0);
+        sundog::import::load_environment_within(&mut scene, &path, at, most).unwrap();
+        scene.images.remove(0).pixels
+    };
+    assert!(!there(Some(bytes)).are_in_file());
+    let moved = there(Some(bytes - 1));
+    assert!(moved.are_in_file() && moved.is_same(&there(None)));
 }

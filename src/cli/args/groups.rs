@@ -65,9 +65,9 @@ pub struct Import {
     /// The extension is not ratified and may change. Without the flag such solids only absorb, which is told.
     #[arg(long)]
     pub gltf_scatter: bool,
-    /// The most memory that the images of a glTF scene may take, and the most for the grids of volumes, such as 4G or 500M.
+    /// The most memory that the images of a scene may take, and the most for the grids of volumes, such as 4G or 500M.
     ///
-    /// Where images would take more, the largest lie in a scratch file, of which the system keeps in memory what fits: the
+    /// Where images would take more, the largest lie in a scratch file, of which so much is in memory at a time: the
     /// picture is the same, and each is named. Without room on a disk ($TMPDIR, /var/tmp) they are read with half as many
     /// pixels along each side, and so on, which blurs them. A grid that would take more is not read, which is told, and is
     /// empty. If not given, images are read into memory, and grids may take what is free.

@@ -202,7 +202,7 @@ fn faces(document: &Document, light: &LightJson) -> Result<Result<Vec<Face>, Str
     let Some(indices) = light.specular_images.first() else {
         return Ok(Err("there are none".into()));
     };
-    let images = Images::new(document);
+    let images = Images::new(document, None);
     let mut faces = Vec::with_capacity(6);
     for &index in indices {
         let image = match images.decoded(index, NAME)? {

@@ -1,13 +1,14 @@
 //! Images whose numbers are of any colour space of the scene's configuration.
 
 use crate::color::{ColorConfig, ColorError};
+use crate::ffi::values::Values;
 use crate::math::srgb;
 use crate::scene::{
     ColorManagement, Diagnostics, Image, ImageAlpha, ImageId, Pixels, Subject, Verdict,
 };
-use glam::Vec4;
 use rayon::prelude::*;
 use std::collections::HashMap;
+use std::sync::Arc;
 
 /// What becomes of an image's numbers before they are interpolated, as Cycles does it.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -73,9 +74,44 @@ fn convert_one(
     alpha: ImageAlpha,
     apply: impl Fn(&mut [[f32; 4]]) -> Result<(), ColorError>,
 ) -> Result<(), ColorError> {
+    let channels = image.channels.clamp(1, 4) as usize;
+    let made = if matches!(channels, 1 | 3) {
+        channels
+    } else {
+        4
+    };
+    let count = image.width as usize * image.height as usize;
+    let mut values = Values::<f32>::zeros(made * count, image.pixels.place());
+    let mut texels = Vec::with_capacity(STRIPE);
+    for (stripe, into) in values.chunks_mut(made * STRIPE).enumerate() {
+        let first = stripe * STRIPE;
+        let taken = first..first + into.len() / made;
+        texels.clear();
+        texels.extend(taken.map(|i| image.pixels.texel(channels, i * channels).to_array()));
+        convert_texels(&mut texels, alpha, &apply)?;
+        for (into, texel) in into.chunks_exact_mut(made).zip(&texels) {
+            match into {
+                // One number stays one: the mean of what it becomes.
+                [one] => *one = texel[..3].iter().sum::<f32>() / 3.0,
+                several => several.copy_from_slice(&texel[..made]),
+            }
+        }
+    }
+    image.channels = made as u32;
+    image.pixels = Pixels::F32(Arc::new(values));
+    Ok(())
+}
+
+/// Texels that are converted together.
+const STRIPE: usize = 1 << 18;
+
+fn convert_texels(
+    texels: &mut [[f32; 4]],
+    alpha: ImageAlpha,
+    apply: impl Fn(&mut [[f32; 4]]) -> Result<(), ColorError>,
+) -> Result<(), ColorError> {
     let associated = !matches!(alpha, ImageAlpha::ChannelPacked | ImageAlpha::None);
     let part = |alpha: f32| associated && alpha > 0.0 && alpha != 1.0;
-    let mut texels: Vec<[f32; 4]> = image.texels().map(Vec4::into).collect();
     texels.par_iter_mut().for_each(|texel| {
         let [.., share] = *texel;
         let factor = match alpha {
@@ -86,7 +122,7 @@ fn convert_one(
         };
         texel[..3].iter_mut().for_each(|value| *value *= factor);
     });
-    apply(&mut texels)?;
+    apply(texels)?;
     if associated {
         texels.par_iter_mut().for_each(|texel| {
             let [.., share] = *texel;
@@ -95,18 +131,5 @@ fn convert_one(
             }
         });
     }
-    let values: Vec<f32> = match image.channels {
-        // One number stays one: the mean of what it becomes.
-        1 => texels
-            .iter()
-            .map(|[r, g, b, _]| (r + g + b) / 3.0)
-            .collect(),
-        3 => texels.iter().flat_map(|t| [t[0], t[1], t[2]]).collect(),
-        _ => texels.into_flattened(),
-    };
-    if !matches!(image.channels, 1 | 3) {
-        image.channels = 4;
-    }
-    image.pixels = Pixels::from(values).where_they_are(&image.pixels);
     Ok(())
 }

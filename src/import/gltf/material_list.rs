@@ -70,7 +70,7 @@ impl<'a> Materials<'a> {
                 }
             }
         }
-        let mut images = Images::new(document);
+        let mut images = Images::new(document, options.image_bytes);
         let mut list = Vec::new();
         let mut graphs = Vec::new();
         let mut holdouts = Vec::new();

@@ -163,12 +163,10 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         )?;
         materials.graphs.push(graph);
     }
-    let (images, conversions) = materials.images.decode(
-        &mut materials.list,
-        &mut materials.graphs,
-        options.image_bytes,
-        &mut diagnostics,
-    );
+    let (images, conversions) =
+        materials
+            .images
+            .decode(&mut materials.list, &mut materials.graphs, &mut diagnostics);
     let mut of_others = materials.graphs.split_off(of_materials).into_iter();
     let material_aovs: Vec<_> = of_others.by_ref().take(of_materials).collect();
     let world_aovs = of_others.next().flatten();
@@ -262,6 +260,7 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         world::load(
             &document,
             (world, world_graph),
+            options.image_bytes,
             &mut scene,
             &mut diagnostics,
         )?;

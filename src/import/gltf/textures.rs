@@ -1,20 +1,19 @@
 //! Textures: which image, with which sampler, lying how.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::PathBuf;
 
 use ::gltf::json;
 use json::texture::{Info, MagFilter, WrappingMode};
 use json::validation::Checked;
-use rayon::prelude::*;
 use serde::Deserialize;
 use serde_json::Value;
 
 use super::container::{Document, Located};
 use super::image_spaces::Conversion;
 use crate::import::ImportError;
-use crate::import::budget::Budget;
-use crate::import::image::{self, Format, ImageFailure};
+use crate::import::image::{self, Bytes, Encoded, Format};
 use crate::scene::graph::Graph;
 use crate::scene::{
     self, CoatNormal, Diagnostics, ImageAlpha, ImageId, MetallicRoughness, NormalTexture, Sampler,
@@ -29,6 +28,8 @@ pub(super) struct Images<'a> {
     /// By the bytes' place, so that two entries for one file are one image.
     by_source: HashMap<(Source, Option<Conversion>), ImageId>,
     pending: Vec<Pending<'a>>,
+    /// What all may take.
+    most_bytes: Option<u64>,
 }
 
 #[derive(Clone, PartialEq, Eq, Hash)]
@@ -42,57 +43,9 @@ enum Source {
 }
 
 struct Pending<'a> {
-    name: String,
+    encoded: Encoded<'a>,
     /// What is done to its numbers once they are there.
     conversion: Option<Conversion>,
-    bytes: std::borrow::Cow<'a, [u8]>,
-}
-
-/// What became of an image that takes more memory than is allowed.
-enum Moved {
-    /// Its size, and its bytes.
-    ToFile((u32, u32), u64),
-    /// The sizes that it had and has, and why it is not in a file.
-    Reduced([(u32, u32); 2], String),
-}
-
-/// The image in a scratch file; with fewer pixels where that cannot be.
-fn moved(image: scene::Image, level: u32) -> (scene::Image, Option<Moved>) {
-    let size = (image.width, image.height);
-    match image.pixels.in_file() {
-        Ok(pixels) => {
-            let told = Moved::ToFile(size, pixels.bytes());
-            (scene::Image { pixels, ..image }, Some(told))
-        }
-        Err(_) if level == 0 => (image, None),
-        Err(error) => {
-            let image = image::reduced(image, level);
-            let sizes = [size, (image.width, image.height)];
-            (image, Some(Moved::Reduced(sizes, error.to_string())))
-        }
-    }
-}
-
-impl Moved {
-    fn report(&self, name: &str, diagnostics: &mut Diagnostics) {
-        let what = "images that take more memory than --max-memory allows";
-        match self {
-            Self::ToFile((width, height), bytes) => diagnostics.report(
-                "image-in-file",
-                Verdict::Exact,
-                what,
-                format!("image \"{name}\" ({width} × {height}, {} MiB)", bytes >> 20),
-                "kept in a scratch file, of which the system keeps in memory what fits; their pixels are exact",
-            ),
-            Self::Reduced([(width, height), (w, h)], why) => diagnostics.report(
-                "image-reduced",
-                Verdict::Approximated,
-                what,
-                format!("image \"{name}\" ({width} × {height} to {w} × {h})"),
-                format!("rendered with fewer pixels, each the mean of those that it was, as they cannot be in a file ({why})"),
-            ),
-        }
-    }
 }
 
 /// KHR_texture_transform as read from JSON (the `gltf` crate has none on normal textures).
@@ -106,12 +59,13 @@ struct TransformJson {
 }
 
 impl<'a> Images<'a> {
-    pub(super) fn new(document: &'a Document) -> Self {
+    pub(super) fn new(document: &'a Document, most_bytes: Option<u64>) -> Self {
         Self {
             document,
             known: HashMap::new(),
             by_source: HashMap::new(),
             pending: Vec::new(),
+            most_bytes,
         }
     }
 
@@ -322,7 +276,7 @@ impl<'a> Images<'a> {
             self.known.insert(key, Some(id));
             return Ok(Some(id));
         }
-        let bytes: std::borrow::Cow<'a, [u8]> = match (&source.0, &image.buffer_view) {
+        let bytes: Cow<'a, [u8]> = match (&source.0, &image.buffer_view) {
             (Source::File(path), _) => match document.read(path, &object) {
                 Ok(data) => data.into(),
                 Err(ImportError::MissingPart { needed, reason, .. }) => {
@@ -361,10 +315,19 @@ impl<'a> Images<'a> {
             .or_else(|| image.uri.clone().filter(|u| !u.starts_with("data:")))
             .unwrap_or_else(|| format!("image {index}"));
         let id = ImageId(u32::try_from(self.pending.len()).unwrap_or(u32::MAX));
+        let bytes = match (&source.0, bytes) {
+            (Source::File(path), Cow::Owned(bytes)) => {
+                image::bytes_of_file(path.clone(), bytes, self.most_bytes)
+            }
+            (_, bytes) => Bytes::Here(bytes),
+        };
         self.pending.push(Pending {
-            name,
+            encoded: Encoded {
+                name,
+                bytes,
+                becomes_floats: key.1.is_some(),
+            },
             conversion: key.1.clone(),
-            bytes,
         });
         self.known.insert(key, Some(id));
         self.by_source.insert(source, id);
@@ -404,43 +367,29 @@ impl<'a> Images<'a> {
         self,
         materials: &mut [MetallicRoughness],
         graphs: &mut [Option<Graph>],
-        most_bytes: Option<u64>,
         diagnostics: &mut Diagnostics,
     ) -> (Vec<scene::Image>, Vec<(ImageId, Conversion)>) {
         // Views that lie over each other do not make the file larger than it is.
         let (inside, outside) =
             self.pending
                 .iter()
-                .fold((0usize, 0usize), |sum, p| match p.bytes {
-                    std::borrow::Cow::Borrowed(bytes) => (sum.0 + bytes.len(), sum.1),
-                    std::borrow::Cow::Owned(ref bytes) => (sum.0, sum.1 + bytes.len()),
+                .fold((0usize, 0usize), |sum, p| match p.encoded.bytes {
+                    Bytes::Here(Cow::Borrowed(bytes)) => (sum.0 + bytes.len(), sum.1),
+                    ref other => (sum.0, sum.1 + other.len()),
                 });
         let input = inside.min(self.document.input_bytes()) + outside;
-        // What each may take is settled from its header before any is decoded.
-        let budget = Budget::for_image(input);
-        let sizes: Vec<_> = self
+        let (encoded, wanted): (Vec<_>, Vec<_>) = self
             .pending
-            .iter()
-            .map(|pending| image::checked_size(&pending.bytes, &budget))
-            .collect();
-        let known = sizes
-            .iter()
-            .map(|size| *size.as_ref().unwrap_or(&(0, 0, 0)));
-        let known: Vec<_> = known.collect();
-        let most = most_bytes.unwrap_or(u64::MAX);
-        let to_files = image::to_files(&known, most);
-        // Where there is no room for them on a disk.
-        let levels = image::halvings(&known, most);
-        let decoded = decode_within(self.pending, sizes, &to_files, &levels);
+            .into_iter()
+            .map(|pending| (pending.encoded, pending.conversion))
+            .unzip();
+        let decoded = image::decode_all(encoded, input, self.most_bytes, diagnostics);
         let mut images = Vec::with_capacity(decoded.len());
         let mut places = Vec::with_capacity(decoded.len());
         let mut conversions = Vec::new();
-        for image in decoded {
+        for (image, conversion) in decoded.into_iter().zip(wanted) {
             match image {
-                Ok(((image, told), conversion)) => {
-                    if let Some(told) = told {
-                        told.report(&image.name, diagnostics);
-                    }
+                Ok(image) => {
                     let place = ImageId(u32::try_from(images.len()).unwrap_or(u32::MAX));
                     conversions.extend(conversion.map(|conversion| (place, conversion)));
                     places.push(Some(place));
@@ -467,34 +416,6 @@ impl<'a> Images<'a> {
         }
         (images, conversions)
     }
-}
-
-/// An image with what became of it and what is to be done to its numbers; or its name, and why there is none.
-type Decoded = Result<((scene::Image, Option<Moved>), Option<Conversion>), (String, ImageFailure)>;
-
-/// Decodes images: those that stay in memory side by side, those that go to a file one after the other, so that of these no
-/// more than one is in memory.
-fn decode_within(
-    pending: Vec<Pending>,
-    sizes: Vec<Result<(u64, u64, u64), ImageFailure>>,
-    to_files: &[bool],
-    levels: &[u32],
-) -> Vec<Decoded> {
-    let decode = |(number, (pending, size)): (usize, (Pending, Result<_, _>))| {
-        let image = size.and_then(|_| image::decode_checked(&pending.bytes, &pending.name));
-        let decoded = match image {
-            Ok(image) if to_files[number] => Ok((moved(image, levels[number]), pending.conversion)),
-            Ok(image) => Ok(((image, None), pending.conversion)),
-            Err(reason) => Err((pending.name, reason)),
-        };
-        (number, decoded)
-    };
-    let all = pending.into_iter().zip(sizes).enumerate();
-    let (leaving, staying): (Vec<_>, Vec<_>) = all.partition(|(number, _)| to_files[*number]);
-    let mut decoded: Vec<_> = leaving.into_iter().map(decode).collect();
-    decoded.par_extend(staying.into_par_iter().map(decode));
-    decoded.sort_unstable_by_key(|(number, _)| *number);
-    decoded.into_iter().map(|(_, decoded)| decoded).collect()
 }
 
 /// Says that an image cannot be had, and what becomes of its textures.

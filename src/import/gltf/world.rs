@@ -6,7 +6,7 @@ use super::container::Document;
 use super::extensions::report_property;
 use super::medium;
 use super::schema::{WorldJson, WorldSunJson};
-use crate::import::{ImportError, environment_image};
+use crate::import::{ImportError, Taking, environment_image, left_for_images};
 use crate::scene::graph::Graph;
 use crate::scene::{
     Diagnostics, Effect, Environment, ImageId, Light, LightKind, Links, Scene, Verdict, Visibility,
@@ -20,6 +20,7 @@ const ORTHONORMAL: f64 = 1e-4;
 pub(super) fn load(
     document: &Document,
     (world, graph): (&WorldJson, Option<Graph>),
+    most_bytes: Option<u64>,
     scene: &mut Scene,
     diagnostics: &mut Diagnostics,
 ) -> Result<(), ImportError> {
@@ -48,7 +49,11 @@ pub(super) fn load(
             &bytes,
             &document.file,
             name,
-            (scene.color_management.working_space, true),
+            &Taking {
+                space: scene.color_management.working_space,
+                floats_are_in_it: true,
+                most_bytes: left_for_images(&scene.images, most_bytes),
+            },
             diagnostics,
         )?;
         image = Some(ImageId(

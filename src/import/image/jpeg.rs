@@ -5,10 +5,12 @@ use zune_core::colorspace::ColorSpace;
 use zune_core::options::DecoderOptions;
 
 use super::ImageFailure;
-use crate::scene::Image;
+use crate::ffi::values::{Place, Values};
+use crate::scene::{Image, Pixels};
+use std::sync::Arc;
 
 /// Reads a picture whose size has been checked.
-pub(super) fn decode(bytes: &[u8], name: &str) -> Result<Image, ImageFailure> {
+pub(super) fn decode(bytes: &[u8], name: &str, place: Place) -> Result<Image, ImageFailure> {
     let layout = Layout::of(bytes);
     if !layout.ends {
         return Err(ImageFailure::Damaged(
@@ -18,16 +20,20 @@ pub(super) fn decode(bytes: &[u8], name: &str) -> Result<Image, ImageFailure> {
     if layout.apart_and_subsampled() {
         return decode_apart(bytes, name);
     }
-    match decode_with(bytes, name, true) {
+    match decode_with(bytes, (name, place), true) {
         // Junk before the picture's data takes nothing from it.
         Err(ImageFailure::Damaged(reason)) if reason.contains("between headers") => {
-            decode_with(bytes, name, false)
+            decode_with(bytes, (name, place), false)
         }
         result => result,
     }
 }
 
-fn decode_with(bytes: &[u8], name: &str, strict: bool) -> Result<Image, ImageFailure> {
+fn decode_with(
+    bytes: &[u8],
+    (name, place): (&str, Place),
+    strict: bool,
+) -> Result<Image, ImageFailure> {
     let damaged = |error: zune_jpeg::errors::DecodeErrors| {
         let words = error.to_string();
         ImageFailure::Damaged(format!(
@@ -50,7 +56,9 @@ fn decode_with(bytes: &[u8], name: &str, strict: bool) -> Result<Image, ImageFai
         (ColorSpace::RGB, 3)
     };
     decoder.set_options(decoder.options().jpeg_set_out_colorspace(color));
-    let values = decoder.decode().map_err(damaged)?;
+    let size = decoder.output_buffer_size().ok_or_else(unknown)?;
+    let mut values = Values::zeros(size, place);
+    decoder.decode_into(&mut values).map_err(damaged)?;
     whole(name, (width, height), channels, values)
 }
 
@@ -72,14 +80,14 @@ fn decode_apart(bytes: &[u8], name: &str) -> Result<Image, ImageFailure> {
         }
     };
     let size = (usize::from(info.width), usize::from(info.height));
-    whole(name, size, channels, values)
+    whole(name, size, channels, values.into())
 }
 
 fn whole(
     name: &str,
     (width, height): (usize, usize),
     channels: u32,
-    values: Vec<u8>,
+    values: Values<u8>,
 ) -> Result<Image, ImageFailure> {
     if width
         .saturating_mul(height)
@@ -95,7 +103,7 @@ fn whole(
         width: u32::try_from(width).unwrap_or(u32::MAX),
         height: u32::try_from(height).unwrap_or(u32::MAX),
         channels,
-        pixels: values.into(),
+        pixels: Pixels::U8(Arc::new(values)),
     })
 }
 

@@ -3,23 +3,28 @@
 
 mod jpeg;
 mod ktx2;
+mod loading;
 mod openexr;
 mod reduced;
 
 use std::borrow::Cow;
 use std::io::Cursor;
+use std::sync::Arc;
 
-use image::{DynamicImage, ImageDecoder, ImageReader};
+use bytemuck::Pod;
+use image::{ColorType, ImageDecoder, ImageReader};
 use rayon::prelude::*;
 use thiserror::Error;
 
+use crate::ffi::values::{Place, Values};
 use crate::import::budget::Budget;
 use crate::import::guard::guarded;
 use crate::math::srgb;
 use crate::scene::{Image, Pixels};
 
+pub(crate) use self::loading::{Bytes, Encoded, bytes_of_file, decode_all, tell_in_file};
 pub use self::openexr::ExrLayer;
-pub(crate) use self::reduced::{halvings, reduced, to_files};
+use self::reduced::{halvings, reduced, to_files};
 
 /// Why an image cannot be decoded.
 #[derive(Debug, Error)]
@@ -159,7 +164,7 @@ fn is_tga_header(bytes: &[u8]) -> bool {
 /// The image is of no kind that is read, damaged, or absurdly large.
 pub fn decode_image(bytes: &[u8], name: &str) -> Result<Image, ImageFailure> {
     check_size(bytes, &Budget::for_image(bytes.len()))?;
-    decode_checked(bytes, name)
+    decode_at(bytes, name, Place::Memory)
 }
 
 /// The same, for colours that become three floats a pixel: that is what they may take of memory.
@@ -172,7 +177,7 @@ pub fn decode_colors(bytes: &[u8]) -> Result<(Image, Vec<[f32; 3]>), ImageFailur
     if let Some((width, height)) = dimensions(bytes)? {
         check_pixels((width, height), size_of::<[f32; 3]>(), &budget)?;
     }
-    let image = decode_checked(bytes, "")?;
+    let image = decode_at(bytes, "", Place::Memory)?;
     let colors = colors(&image);
     Ok((image, colors))
 }
@@ -196,17 +201,17 @@ fn unknown(bytes: &[u8]) -> ImageFailure {
     ImageFailure::Kind(kind.into())
 }
 
-/// As [`decode_image`], after [`check_size`].
-pub(crate) fn decode_checked(bytes: &[u8], name: &str) -> Result<Image, ImageFailure> {
+/// As [`decode_image`], after [`check_size`], to a place.
+pub(crate) fn decode_at(bytes: &[u8], name: &str, place: Place) -> Result<Image, ImageFailure> {
     let decoded = guarded(|| {
         Ok(match sniff(bytes) {
-            Format::Exr => openexr::decode(bytes, name),
-            Format::Jpeg => jpeg::decode(bytes, name),
-            Format::Hdr => decode_with_image(&radiance(bytes), name),
+            Format::Exr => openexr::decode(bytes, name, place),
+            Format::Jpeg => jpeg::decode(bytes, name, place),
+            Format::Hdr => decode_with_image(&radiance(bytes), name, place),
             Format::Ktx2 => ktx2::decode(bytes, name),
             Format::Unsupported(kind) => Err(ImageFailure::Kind(format!("a {kind} image"))),
             Format::Unknown => Err(unknown(bytes)),
-            _ => decode_with_image(bytes, name),
+            _ => decode_with_image(bytes, name, place),
         })
     });
     decoded.map_err(ImageFailure::Damaged)?
@@ -231,27 +236,39 @@ pub fn colors(image: &Image) -> Vec<[f32; 3]> {
     }
 }
 
-/// Reads an image as linear RGB floats; 8- and 16-bit images are taken as sRGB-encoded.
+/// Reads an image as linear RGB floats, which lie in a scratch file if they take more than `most` bytes; 8- and 16-bit images
+/// are taken as sRGB-encoded.
 pub(crate) fn decode_linear_rgb(
     bytes: &[u8],
     name: &str,
     budget: &Budget,
+    most: Option<u64>,
 ) -> Result<Image, ImageFailure> {
-    check_size(bytes, budget)?;
-    let image = decode_checked(bytes, name)?;
+    let (width, height, _) = checked_size(bytes, budget)?;
+    let taken = width * height * size_of::<[f32; 3]>() as u64;
+    let place = match most {
+        Some(most) if taken > most => Place::File,
+        _ => Place::Memory,
+    };
+    let image = decode_at(bytes, name, place)?;
     let is_light = matches!(image.pixels, Pixels::F32(_));
     if image.channels == 3 && is_light {
         return Ok(image);
     }
-    let mut values = colors(&image).into_flattened();
-    if !is_light {
-        values
-            .par_iter_mut()
-            .for_each(|value| *value = srgb::decode(*value));
-    }
+    let channels = image.channels.clamp(1, 4) as usize;
+    let count = image.width as usize * image.height as usize;
+    let mut values = Values::<f32>::zeros(3 * count, place);
+    let (into, _) = values.as_chunks_mut::<3>();
+    into.par_iter_mut().enumerate().for_each(|(at, rgb)| {
+        let texel = image.pixels.texel(channels, at * channels);
+        *rgb = texel.truncate().to_array();
+        if !is_light {
+            *rgb = rgb.map(srgb::decode);
+        }
+    });
     Ok(Image {
         channels: 3,
-        pixels: values.into(),
+        pixels: Pixels::F32(Arc::new(values)),
         ..image
     })
 }
@@ -377,33 +394,40 @@ fn damaged(error: image::ImageError) -> ImageFailure {
     ImageFailure::Damaged(words.split_whitespace().collect::<Vec<_>>().join(" "))
 }
 
-fn decode_with_image(bytes: &[u8], name: &str) -> Result<Image, ImageFailure> {
-    let image = reader(bytes).decode().map_err(damaged)?;
-    let (width, height) = (image.width(), image.height());
-    let channels = u32::from(image.color().channel_count());
-    let pixels = match image {
-        DynamicImage::ImageLuma8(i) => i.into_raw().into(),
-        DynamicImage::ImageLumaA8(i) => i.into_raw().into(),
-        DynamicImage::ImageRgb8(i) => i.into_raw().into(),
-        DynamicImage::ImageRgba8(i) => i.into_raw().into(),
-        DynamicImage::ImageLuma16(i) => i.into_raw().into(),
-        DynamicImage::ImageLumaA16(i) => i.into_raw().into(),
-        DynamicImage::ImageRgb16(i) => i.into_raw().into(),
-        DynamicImage::ImageRgba16(i) => i.into_raw().into(),
-        DynamicImage::ImageRgb32F(i) => i.into_raw().into(),
-        DynamicImage::ImageRgba32F(i) => i.into_raw().into(),
+fn decode_with_image(bytes: &[u8], name: &str, place: Place) -> Result<Image, ImageFailure> {
+    let decoder = reader(bytes).into_decoder().map_err(damaged)?;
+    let (width, height) = decoder.dimensions();
+    let color = decoder.color_type();
+    let pixels = match color {
+        ColorType::L8 | ColorType::La8 | ColorType::Rgb8 | ColorType::Rgba8 => {
+            Pixels::U8(values(decoder, place)?)
+        }
+        ColorType::L16 | ColorType::La16 | ColorType::Rgb16 | ColorType::Rgba16 => {
+            Pixels::U16(values(decoder, place)?)
+        }
+        ColorType::Rgb32F | ColorType::Rgba32F => Pixels::F32(values(decoder, place)?),
         other => {
-            return Err(ImageFailure::Kind(format!(
-                "of the pixel format {:?}",
-                other.color()
-            )));
+            return Err(ImageFailure::Kind(format!("of the pixel format {other:?}")));
         }
     };
     Ok(Image {
         name: name.into(),
         width,
         height,
-        channels,
+        channels: u32::from(color.channel_count()),
         pixels,
     })
+}
+
+/// The numbers that a decoder gives, at a place.
+fn values<T: Pod>(
+    decoder: impl ImageDecoder,
+    place: Place,
+) -> Result<Arc<Values<T>>, ImageFailure> {
+    let too_many = |_| ImageFailure::Damaged("it has more pixels than memory has room for".into());
+    let bytes = usize::try_from(decoder.total_bytes()).map_err(too_many)?;
+    let mut values = Values::zeros(bytes / size_of::<T>(), place);
+    let into = bytemuck::cast_slice_mut(&mut values[..]);
+    decoder.read_image(into).map_err(damaged)?;
+    Ok(Arc::new(values))
 }

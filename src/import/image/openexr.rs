@@ -3,6 +3,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 use std::io::Cursor;
+use std::sync::Arc;
 
 use exr::block::UncompressedBlock;
 use exr::block::chunk::{Chunk, CompressedBlock};
@@ -13,8 +14,9 @@ use exr::prelude::*;
 use rayon::prelude::*;
 
 use super::ImageFailure;
+use crate::ffi::values::{Place, Values};
 use crate::import::guard::guarded;
-use crate::scene::Image;
+use crate::scene::{Image, Pixels};
 
 /// So many layers are named to who asks for another one.
 const NAMED_LAYERS: usize = 30;
@@ -249,19 +251,23 @@ fn choose(headers: &[Header], wanted: Option<&str>) -> std::result::Result<Choic
 }
 
 /// Reads the picture as one, three or four channels; grey has no alpha.
-pub(super) fn decode(bytes: &[u8], name: &str) -> std::result::Result<Image, ImageFailure> {
+pub(super) fn decode(
+    bytes: &[u8],
+    name: &str,
+    place: Place,
+) -> std::result::Result<Image, ImageFailure> {
     let headers = headers(bytes)?;
     let mut choice = choose(&headers, None)?;
     if choice.colors.len() == 1 {
         choice.alpha = None;
     }
-    let layer = framed(bytes, &headers, &choice)?;
+    let frame = framed(bytes, &headers, &choice, place)?;
     Ok(Image {
         name: name.into(),
-        width: u32::try_from(layer.width).unwrap_or(u32::MAX),
-        height: u32::try_from(layer.height).unwrap_or(u32::MAX),
-        channels: choice.channels().count() as u32,
-        pixels: layer.values.into(),
+        width: u32::try_from(frame.width).unwrap_or(u32::MAX),
+        height: u32::try_from(frame.height).unwrap_or(u32::MAX),
+        channels: frame.channels as u32,
+        pixels: Pixels::F32(Arc::new(frame.values)),
     })
 }
 
@@ -271,7 +277,15 @@ pub(super) fn read(
     layer: Option<&str>,
 ) -> std::result::Result<ExrLayer, ImageFailure> {
     let headers = headers(bytes)?;
-    framed(bytes, &headers, &choose(&headers, layer)?)
+    let choice = choose(&headers, layer)?;
+    let frame = framed(bytes, &headers, &choice, Place::Memory)?;
+    Ok(ExrLayer {
+        width: frame.width,
+        height: frame.height,
+        colors: choice.colors.len(),
+        alpha: choice.alpha.is_some(),
+        values: frame.values.into_vec(),
+    })
 }
 
 /// The values of some channels of one part.
@@ -283,7 +297,7 @@ struct Plane {
     /// How many channels there are.
     channels: usize,
     /// Interleaved.
-    values: Vec<f32>,
+    values: Values<f32>,
 }
 
 impl Plane {
@@ -312,7 +326,7 @@ struct Frame {
     width: usize,
     height: usize,
     channels: usize,
-    values: Vec<f32>,
+    values: Values<f32>,
 }
 
 /// The chosen channels in the frame of the display window, which all parts share.
@@ -320,7 +334,8 @@ fn framed(
     bytes: &[u8],
     headers: &[Header],
     choice: &Choice,
-) -> std::result::Result<ExrLayer, ImageFailure> {
+    place: Place,
+) -> std::result::Result<Frame, ImageFailure> {
     let mut parts: BTreeMap<usize, Vec<&Text>> = BTreeMap::new();
     for channel in choice.channels() {
         parts.entry(channel.part).or_default().push(&channel.name);
@@ -342,23 +357,23 @@ fn framed(
             ),
             size: (size.width(), size.height()),
             channels: names.len(),
-            values: read_part(bytes, part, names)?,
+            values: read_part(bytes, part, names, place)?,
         };
         planes.insert(part, plane);
     }
     let (width, height) = (window.size.width(), window.size.height());
     let whole = |plane: &Plane| plane.at == (0, 0) && plane.size == (width, height);
+    let channels = choice.channels().count();
     let values = match planes.pop_first() {
         Some((_, plane)) if planes.is_empty() && whole(&plane) => plane.values,
         first => {
             planes.extend(first);
-            let channels = choice.channels().count();
             let mut frame = Frame {
                 width,
                 height,
                 channels,
                 // 0 beyond the data windows.
-                values: vec![0.0; width * height * channels],
+                values: Values::zeros(width * height * channels, place),
             };
             for (into, channel) in choice.channels().enumerate() {
                 let names = &parts[&channel.part];
@@ -370,11 +385,10 @@ fn framed(
             frame.values
         }
     };
-    Ok(ExrLayer {
+    Ok(Frame {
         width,
         height,
-        colors: choice.colors.len(),
-        alpha: choice.alpha.is_some(),
+        channels,
         values,
     })
 }
@@ -387,7 +401,8 @@ fn read_part(
     bytes: &[u8],
     part: usize,
     wanted: &[&Text],
-) -> std::result::Result<Vec<f32>, ImageFailure> {
+    place: Place,
+) -> std::result::Result<Values<f32>, ImageFailure> {
     let chunks = exr::block::read(Cursor::new(bytes), false)
         .and_then(|reader| {
             reader.filter_chunks(false, |_, tile, block| {
@@ -402,7 +417,7 @@ fn read_part(
         .ok_or_else(|| ImageFailure::Damaged("it is damaged".into()))?;
     let (width, height) = (header.layer_size.width(), header.layer_size.height());
     let channels = wanted.len();
-    let mut values = vec![0.0; width * height * channels];
+    let mut values = Values::zeros(width * height * channels, place);
     let mut chunks = chunks.peekable();
     while chunks.peek().is_some() {
         let batch: Vec<Chunk> = chunks

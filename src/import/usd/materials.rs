@@ -8,6 +8,7 @@ use super::network::Network;
 use super::source::Source;
 use super::textures::Images;
 use super::{materialx, preview};
+use crate::import::ImportOptions;
 use crate::scene::graph::function::PlaceInput;
 use crate::scene::graph::node::{emission, principled};
 use crate::scene::graph::{Graph, Input, Node, NodeKind};
@@ -53,7 +54,7 @@ pub(super) struct Materials<'a> {
 }
 
 impl<'a> Materials<'a> {
-    pub(super) fn new(source: &'a Source) -> Self {
+    pub(super) fn new(source: &'a Source, options: &ImportOptions) -> Self {
         Self {
             source,
             list: Vec::new(),
@@ -61,7 +62,7 @@ impl<'a> Materials<'a> {
             labels: Vec::new(),
             known: HashMap::new(),
             without: HashSet::new(),
-            images: Images::default(),
+            images: Images::new(options.image_bytes),
         }
     }
 

@@ -141,7 +141,7 @@ fn load_here(source: &Source, options: &ImportOptions) -> Result<Imported, Impor
         variants::choose(source, wanted)?;
     }
     let frame = frame(source);
-    let shapes = Shapes::new(source, Materials::new(source), options.grid_memory);
+    let shapes = Shapes::new(source, Materials::new(source, options), options.grid_memory);
     let mut walk = Walk::new(source, shapes, &mut diagnostics);
     let items = walk.run()?;
     let Walk {
@@ -202,7 +202,8 @@ fn load_here(source: &Source, options: &ImportOptions) -> Result<Imported, Impor
         .iter_mut()
         .filter_map(|l| l.graph.as_deref_mut());
     let graphs = list.iter_mut().map(|m| &mut m.graph).chain(of_lights);
-    scene.images = materials.images.decode(graphs, &mut diagnostics);
+    let left = super::left_for_images(of_world.as_slice(), options.image_bytes);
+    scene.images = materials.images.decode(graphs, left, &mut diagnostics);
     if let (Some(image), Some(environment)) = (of_world, &mut scene.environment) {
         environment.image = Some(ImageId(scene.images.len() as u32));
         scene.images.push(image);
@@ -372,9 +373,13 @@ impl Assembly<'_> {
         if let Some((place, called)) = &dome.image {
             let told = match self.source.files.read(place) {
                 Ok(bytes) => {
-                    let space = (WorkingSpace::default(), false);
+                    let taking = super::Taking {
+                        space: WorkingSpace::default(),
+                        floats_are_in_it: false,
+                        most_bytes: self.options.image_bytes,
+                    };
                     let file = &self.source.file;
-                    super::environment_image(&bytes, file, called, space, diagnostics)
+                    super::environment_image(&bytes, file, called, &taking, diagnostics)
                         .map_err(|error| error.to_string())
                 }
                 Err(reason) => Err(format!("image \"{called}\" that cannot be read ({reason})")),

@@ -2,24 +2,31 @@
 
 use std::collections::HashMap;
 
-use rayon::prelude::*;
-
 use super::source::Source;
-use crate::import::budget::Budget;
-use crate::import::image::{self, Format};
+use crate::import::image::{self, Bytes, Encoded, Format};
 use crate::scene::graph::Graph;
 use crate::scene::{Diagnostics, Image, ImageId, Verdict};
 
 /// The images of a stage, to be decoded together.
 #[derive(Default)]
 pub(super) struct Images {
-    pending: Vec<(String, Vec<u8>)>,
+    pending: Vec<Encoded<'static>>,
     /// By where they are; none for what cannot be had.
     known: HashMap<String, Option<ImageId>>,
     srgb: Vec<bool>,
+    /// What all images may take.
+    most_bytes: Option<u64>,
 }
 
 impl Images {
+    /// Of a stage whose images may take so many bytes.
+    pub(super) fn new(most_bytes: Option<u64>) -> Self {
+        Self {
+            most_bytes,
+            ..Self::default()
+        }
+    }
+
     /// The image of a file; if there is none, that is told.
     pub(super) fn get(
         &mut self,
@@ -44,7 +51,15 @@ impl Images {
         let id = match read {
             Ok(bytes) => {
                 self.srgb.push(is_display(&bytes));
-                self.pending.push((called.to_owned(), bytes));
+                let bytes = match source.files.place(place) {
+                    Ok(path) => image::bytes_of_file(path, bytes, self.most_bytes),
+                    Err(_) => Bytes::Here(bytes.into()),
+                };
+                self.pending.push(Encoded {
+                    name: called.to_owned(),
+                    bytes,
+                    becomes_floats: false,
+                });
                 Some(ImageId(self.pending.len() as u32 - 1))
             }
             Err(reason) => {
@@ -108,28 +123,15 @@ impl Images {
         self.srgb.get(id.0 as usize) == Some(&true)
     }
 
-    /// Decodes all images, side by side. What cannot be decoded is told, and cut out when the scene is validated.
+    /// Decodes all images; those in memory take so many bytes at most. What cannot be decoded is told, and cut out when the scene is validated.
     pub(super) fn decode<'g>(
         self,
         graphs: impl Iterator<Item = &'g mut Graph>,
+        most_bytes: Option<u64>,
         diagnostics: &mut Diagnostics,
     ) -> Vec<Image> {
-        let bytes = self.pending.iter().map(|(_, bytes)| bytes.len()).sum();
-        let budget = Budget::for_image(bytes);
-        let sizes: Vec<_> = self
-            .pending
-            .iter()
-            .map(|(_, bytes)| image::check_size(bytes, &budget))
-            .collect();
-        let decoded: Vec<_> = self
-            .pending
-            .into_par_iter()
-            .zip(sizes)
-            .map(|((name, bytes), size)| {
-                let image = size.and_then(|()| image::decode_checked(&bytes, &name));
-                image.map_err(|reason| (name, reason.to_string()))
-            })
-            .collect();
+        let input = self.pending.iter().map(|one| one.bytes.len()).sum();
+        let decoded = image::decode_all(self.pending, input, most_bytes, diagnostics);
         let mut images = Vec::new();
         let mut places = Vec::new();
         for image in decoded {
@@ -139,7 +141,7 @@ impl Images {
                     images.push(image);
                 }
                 Err((name, reason)) => {
-                    lose(diagnostics, &name, &reason, "");
+                    lose(diagnostics, &name, &reason.to_string(), "");
                     places.push(ImageId(u32::MAX));
                 }
             }

@@ -8,8 +8,10 @@ fn numbers_in_a_file_are_those_of_memory() {
     assert!(there.are_in_file() && !here.are_in_file());
     assert_eq!(here, there);
     assert_eq!(&there[4990..], &numbers[4990..]);
-    // A copy is one of memory.
-    assert!(!there.clone().are_in_file());
+    // A copy lies where they do.
+    assert!(there.clone().are_in_file() && there.clone() == there);
+    assert!(!here.clone().are_in_file());
+    assert_eq!(there.clone().into_vec(), numbers);
     drop(here);
     let codes = Values::in_file(&[7u16, 9, 11]).unwrap();
     assert_eq!(*codes, [7, 9, 11]);
@@ -17,12 +19,14 @@ fn numbers_in_a_file_are_those_of_memory() {
 }
 
 #[test]
-fn numbers_of_a_file_are_changed_in_memory() {
-    let mut values = Values::in_file(&[1u8, 2, 3]).unwrap();
-    values[1] = 9;
-    assert!(!values.are_in_file());
-    assert_eq!(*values, [1, 9, 3]);
-    let mut plain = Values::from(vec![1u8, 2, 3]);
-    plain[2] = 5;
-    assert_eq!(*plain, [1, 2, 5]);
+fn numbers_are_changed_where_they_are() {
+    for place in [Place::Memory, Place::File] {
+        let mut values = Values::zeros(3, place);
+        assert_eq!((&*values, values.place()), (&[0u8; 3][..], place));
+        values.copy_from_slice(&[1, 2, 3]);
+        let copy = values.clone();
+        values[1] = 9;
+        assert_eq!((&*values, values.place()), (&[1, 9, 3][..], place));
+        assert_eq!(*copy, [1, 2, 3]);
+    }
 }

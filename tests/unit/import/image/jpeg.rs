@@ -1,6 +1,10 @@
 use super::*;
 use crate::scene::Pixels;
 
+fn read(file: &[u8]) -> Result<Image, ImageFailure> {
+    decode(file, "a", Place::Memory)
+}
+
 /// A baseline JPEG of 32 × 32 pixels with half the rows and columns of colour: blocks of one value each, so that what
 /// they become is known. The components together in one scan, or in one scan each.
 pub(crate) fn blocks(apart: bool) -> Vec<u8> {
@@ -88,7 +92,7 @@ fn values(image: &Image) -> &[u8] {
 
 #[test]
 fn components_in_scans_of_their_own_are_the_same_picture() {
-    let (together, apart) = (decode(&blocks(false), "a"), decode(&blocks(true), "b"));
+    let (together, apart) = (read(&blocks(false)), read(&blocks(true)));
     let (together, apart) = (together.unwrap(), apart.unwrap());
     assert_eq!((apart.width, apart.height, apart.channels), (32, 32, 3));
     for (i, (a, b)) in values(&together).iter().zip(values(&apart)).enumerate() {
@@ -117,9 +121,9 @@ fn components_in_scans_of_their_own_are_the_same_picture() {
 fn what_is_cut_off_is_refused() {
     for apart in [false, true] {
         let file = blocks(apart);
-        assert!(decode(&file, "whole").is_ok());
+        assert!(read(&file).is_ok());
         for length in 4..file.len() {
-            assert!(decode(&file[..length], "cut").is_err(), "{length}");
+            assert!(read(&file[..length]).is_err(), "{length}");
         }
     }
 }
