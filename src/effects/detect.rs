@@ -117,12 +117,20 @@ fn limits_paths(visibility: Visibility) -> bool {
         .any(|&kind| !visibility.sees(kind))
 }
 
-/// Whether a light is not there for some paths, or casts no shadow.
-fn is_limited(light: &Light) -> bool {
+/// Whether a light is not there for some paths, or casts no shadow. `has_media`: the scene has any.
+fn is_limited(light: &Light, has_media: bool) -> bool {
     limits_paths(light.visibility)
+        || has_media && !light.visibility.sees(RayKind::Volume)
         || !light.visibility.sees(RayKind::Shadow)
         || light.max_bounces < Light::MAX_BOUNCES
         || !light.is_hit
+}
+
+/// Whether there is anything between surfaces.
+fn has_media(scene: &Scene) -> bool {
+    let of_materials = scene.materials.iter().map(|m| m.medium.as_ref());
+    let mut all = of_materials.chain([scene.medium.as_ref()]).flatten();
+    all.any(|medium| medium.effect().is_some())
 }
 
 fn shines(light: &Light) -> bool {
@@ -135,8 +143,12 @@ fn is_bright(environment: &Environment) -> bool {
 
 /// Whether paths have to tell kinds of rays apart in a scene.
 pub fn tells_rays_apart(scene: &Scene) -> bool {
+    let has_media = has_media(scene);
     scene.instances.iter().any(|i| limits_paths(i.visibility))
-        || scene.lights.iter().any(|l| shines(l) && is_limited(l))
+        || scene
+            .lights
+            .iter()
+            .any(|l| shines(l) && is_limited(l, has_media))
         || scene
             .environment
             .as_ref()
@@ -323,10 +335,11 @@ impl Findings {
     }
 
     fn lights(&mut self, scene: &Scene) {
+        let has_media = has_media(scene);
         for light in scene.lights.iter().filter(|light| shines(light)) {
             let cause = || Cause::new(Thing::Light, light.name.clone());
             self.add(light.kind.effect(), cause);
-            if is_limited(light) {
+            if is_limited(light, has_media) {
                 self.add(Effect::RayVisibility, cause);
             }
             if light.links.is_linked() {

@@ -9,6 +9,7 @@ use super::shine::Shine;
 use super::view::{View, from_blender};
 use crate::effects::{self, Effect, General};
 use crate::ffi::embree::{CommittedScene, Device, EmbreeError};
+use crate::light::closed;
 use crate::light::computed::{ComputedLight, LightAxes};
 use crate::light::coplanar::Plane;
 use crate::light::emissive::{EmissiveMesh, EmissiveSurface, EmittedPoint, Eye};
@@ -17,9 +18,10 @@ use crate::light::{Light, LightChoice, LightGroups, LightSet, LightSetBuilder, L
 use crate::math::luminance;
 use crate::scene::graph::function::PlaceInput;
 use crate::scene::graph::{Function, Graph, Node, NodeKind};
-use crate::scene::{self, LightKind, RayKind, Scene, WorldGraph};
+use crate::scene::{self, LightKind, Mesh, RayKind, Scene, WorldGraph};
 use enumset::EnumSet;
 use glam::{DVec3, Mat3, Vec2, Vec3};
+use std::collections::HashSet;
 use std::sync::Arc;
 
 /// A mesh in its place, as the lights on it see it.
@@ -264,6 +266,29 @@ fn rays_find_other_things(scene: &Scene, materials: &[Arc<PreparedMaterial>]) ->
             .iter()
             .any(|material| material.asks_which_ray() || material.draws_other_fibres())
         || shining.any(|graph| graph.nodes.iter().any(is_of_ray))
+        || some_medium_is_open(scene)
+}
+
+/// Whether something fills a mesh that is open. Rays that meet nothing were in no medium, but shadow rays are in it without end.
+fn some_medium_is_open(scene: &Scene) -> bool {
+    let is_filled = |mesh: &&Mesh| {
+        let material = mesh
+            .material
+            .and_then(|id| scene.materials.get(id.0 as usize));
+        let medium = material.and_then(|material| material.medium.as_ref());
+        medium.is_some_and(|medium| medium.effect().is_some())
+    };
+    let used: HashSet<u32> = scene.instances.iter().map(|i| i.mesh.0).collect();
+    let meshes = scene.meshes.iter().zip(0..);
+    let mut filled = meshes.filter(|(mesh, number)| used.contains(number) && is_filled(mesh));
+    filled.any(|(mesh, _)| {
+        let corner = |&vertex: &u32| Vec3::from(mesh.positions[vertex as usize]);
+        let triangles = mesh.triangles.iter();
+        let triangles: Vec<[Vec3; 3]> = triangles
+            .map(|[a, b, c]| [corner(a), corner(b), corner(c)])
+            .collect();
+        closed::outside(&triangles).is_none()
+    })
 }
 
 /// A light with its node tree, if it has one.

@@ -1,6 +1,7 @@
 //! Which media fill which meshes, and those around a point on its way.
 
 use super::asking::Asking;
+use super::crossings::{Crossing, Crossings, enter_or_leave, in_order};
 use super::draws::Draws;
 use super::geometry::MeshInstance;
 use super::nesting::Nesting;
@@ -9,7 +10,6 @@ use super::varying::{self, Varying};
 use super::view::View;
 use super::{Hit, Passage, Sender, World};
 use crate::effects::{Effect, General};
-use crate::ffi::embree::Ray;
 use crate::light::emissive::Eye;
 use crate::math::float::SHADOW_RAY_SHARE;
 use crate::medium::tracking::{self, Local, March};
@@ -19,7 +19,6 @@ use crate::scene::{self, Instance, RayKind, Scene};
 use arrayvec::ArrayVec;
 use enumset::EnumSet;
 use glam::{DVec3, Vec3};
-use smallvec::SmallVec;
 use std::sync::Arc;
 
 /// The media of a world.
@@ -30,7 +29,7 @@ pub(super) struct Media {
     /// Which of several solids is there where they overlap.
     pub(super) nesting: Option<Nesting>,
     /// Whether paths take note of any object.
-    tracks_objects: bool,
+    pub(super) tracks_objects: bool,
     /// Whether something fills an object that shadow rays do not see.
     some_without_shadows: bool,
     /// What fills all space.
@@ -83,44 +82,8 @@ pub struct Way {
     pub span: (f32, f32),
 }
 
-/// A surface of an object of which paths take note, on a ray.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Crossing {
-    /// How far.
-    distance: f64,
-    /// Which.
-    pub hit: Hit,
-    /// Whether the ray leaves the object there.
-    pub leaves: bool,
-}
-
-/// Most rays cross a few.
-type Crossings = SmallVec<[Crossing; 4]>;
-
-/// By distance; in one place by their objects.
-fn in_order(crossings: &mut [Crossing]) {
-    crossings.sort_unstable_by(|a, b| {
-        let key = |crossing: &Crossing| (crossing.hit.object(), crossing.leaves);
-        let nearer = a.distance.total_cmp(&b.distance);
-        nearer.then_with(|| key(a).cmp(&key(b)))
-    });
-}
-
 /// Tells the numbers of shadow rays from those of flights.
 const SHADOW: u32 = 0x_7ab1_90e3;
-
-/// Takes note of a crossing; whether that changes anything.
-pub(super) fn enter_or_leave(objects: &mut Objects, object: u32, leaves: bool) -> bool {
-    let inside = objects.iter().position(|&o| o == object);
-    match (leaves, inside) {
-        (true, Some(at)) => {
-            objects.remove(at);
-            true
-        }
-        (false, None) => objects.try_push(object).is_ok(),
-        _ => false,
-    }
-}
 
 fn casts_shadow(entry: &MeshInstance) -> bool {
     entry.visibility.sees(RayKind::Shadow)
@@ -152,6 +115,11 @@ fn kept(
 }
 
 impl Within {
+    /// Whether any object was entered.
+    pub fn is_in_objects(&self) -> bool {
+        !self.objects.is_empty()
+    }
+
     /// The object that was entered last.
     pub fn last_entered(&self) -> Option<u32> {
         self.objects.last().copied()
@@ -304,6 +272,15 @@ impl World {
         })
     }
 
+    /// What is where no object is.
+    #[cold]
+    #[inline(never)]
+    pub fn media_without_objects(&self) -> Within {
+        let mut within = Within::default();
+        self.sum_up(&mut within);
+        within
+    }
+
     /// What paths begin in.
     pub fn media_at_camera(&self) -> Within {
         let media = self.media.as_ref();
@@ -311,7 +288,7 @@ impl World {
     }
 
     /// Whether paths take note of the object of a hit: something fills it, or it has a place among solids that overlap.
-    fn is_tracked(&self, hit: &Hit) -> bool {
+    pub(super) fn is_tracked(&self, hit: &Hit) -> bool {
         self.media.as_ref().is_some_and(|media| {
             let nesting = media.nesting.as_ref();
             media.of_objects[hit.object() as usize].is_some()
@@ -339,63 +316,6 @@ impl World {
         }
         self.sum_up(&mut within);
         within
-    }
-
-    /// Surfaces along a shadow ray of objects of which paths take note, in order.
-    pub(super) fn crossings(&self, ray: (Vec3, Vec3), far: f32, time: f32) -> Crossings {
-        self.crossings_of(RayKind::Shadow, ray, far, time)
-    }
-
-    /// The same along a ray of a kind.
-    fn crossings_of(
-        &self,
-        kind: RayKind,
-        (origin, direction): (Vec3, Vec3),
-        far: f32,
-        time: f32,
-    ) -> Crossings {
-        let mut found = Crossings::new();
-        if !self
-            .media
-            .as_ref()
-            .is_some_and(|media| media.tracks_objects)
-        {
-            return found;
-        }
-        let ray = Ray {
-            near: 0.0,
-            mask: kind.bit(),
-            ..shadow_ray((origin, direction), far, time)
-        };
-        let exact = (origin.as_dvec3(), direction.as_dvec3());
-        self.geometry.embree.visit(&ray, |hit| {
-            if self.is_tracked(hit) {
-                // The faces of a shell may be nearer to each other than steps of f32 are there.
-                let is_thin = self.has_close_interfaces() && self.is_close(hit);
-                let distance = is_thin.then(|| self.exact_distance(hit, exact));
-                let distance = distance.filter(|distance| distance.is_finite());
-                let distance = distance.unwrap_or(f64::from(hit.distance));
-                found.push(self.crossing(hit, direction, distance));
-            }
-        });
-        in_order(&mut found);
-        found
-    }
-
-    fn crossing(&self, hit: &Hit, direction: Vec3, distance: f64) -> Crossing {
-        Crossing {
-            distance,
-            hit: *hit,
-            leaves: self.leaves(hit, direction),
-        }
-    }
-
-    /// Whether a ray meets a surface from inside.
-    pub(super) fn leaves(&self, hit: &Hit, direction: Vec3) -> bool {
-        let mut moment = None;
-        let (entry, mesh, triangle) = self.object_at::<General>(hit, &mut moment);
-        let normal = entry.geometric_normal::<General>(mesh, triangle);
-        normal.dot(direction) > 0.0
     }
 
     /// What is around where these objects were entered.

@@ -4,6 +4,7 @@ mod albedos;
 mod asking;
 mod camera;
 mod covered;
+mod crossings;
 mod displacement;
 mod draws;
 mod geometry;

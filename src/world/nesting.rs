@@ -2,8 +2,9 @@
 //!
 //! Schmidt and Budge, *Simple Nested Dielectrics in Ray Traced Images*, Journal of Graphics Tools 7(2), 2002.
 
+use super::crossings::enter_or_leave;
 use super::interfaces::Passage;
-use super::media::{Objects, Within, enter_or_leave};
+use super::media::{Objects, Within};
 use super::passing::{Share, shadow_ray};
 use super::{Geometry, Hit, Sender, World};
 use crate::effects::{Effect, General};

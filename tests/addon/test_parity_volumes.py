@@ -308,6 +308,26 @@ class Volumes(Scenes):
                 setattr(bpy.context.object, f"visible_{kind}", False)
                 self.compare(f"a cube of {size} m without {kind} rays", 256)
 
+    def test_what_rays_never_leave(self):
+        # Cycles forgets what a ray that meets nothing is in: below an open plane, and in what reaches beyond the camera's view.
+        bpy.ops.mesh.primitive_plane_add(size=12, location=(0, 0, -0.2))
+        material = kit.material("water")
+        bpy.context.object.data.materials.append(material)
+        tree = material.node_tree
+        output = next(n for n in tree.nodes if n.type == "OUTPUT_MATERIAL")
+        tree.links.new(tree.nodes.new("ShaderNodeBsdfTransparent").outputs[0], output.inputs["Surface"])
+        self.fill(tree, "ShaderNodeVolumeAbsorption", Color=(0.2, 0.6, 0.9, 1), Density=1.0)
+        self.compare("below an open plane")
+        bpy.data.objects.remove(bpy.context.object)
+        self.scene.camera.data.clip_end = 50
+        self.fill(self.cube(size=200), "ShaderNodeVolumeAbsorption", Color=(0.2, 0.6, 0.9, 1), Density=0.01)
+        self.compare("beyond what the camera sees")
+
+    def test_lamps_that_volumes_do_not_show(self):
+        self.fill(self.cube(size=3), "ShaderNodeVolumeScatter", Color=(0.9, 0.6, 0.3, 1), Density=0.5)
+        next(o for o in self.scene.objects if o.type == "LIGHT").visible_volume_scatter = False
+        self.compare("a lamp that volumes do not show")
+
     def test_many_in_a_row(self):
         """What only bounds a volume is no transparent surface, of which there may be eight."""
         for number in range(6):

@@ -72,6 +72,15 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         }
     }
 
+    /// A ray that meets nothing was in no object: one that it never leaves is open, or ends beyond what the camera sees. So it is in Cycles
+    /// (`volume_stack_clean`).
+    #[inline(always)]
+    pub(super) fn leave_objects(&mut self) {
+        if E::EVERYTHING && self.world.has_media() && self.beside.within.is_in_objects() {
+            self.beside.within = self.world.media_without_objects();
+        }
+    }
+
     /// The medium that paths pass by chance before they find light that is clamped: Cycles', where ours has their mean.
     #[inline(always)]
     pub(super) fn passed_by_chance(&self) -> Option<Medium> {

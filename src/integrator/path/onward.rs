@@ -243,8 +243,10 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             return false;
         }
         if hit.is_none() {
+            self.leave_objects();
             self.add_environment();
         }
+        let far = if hit.is_none() { f32::INFINITY } else { far };
         if !again && lid_free && self.scattered(far, hit.is_none()) {
             return true;
         }
