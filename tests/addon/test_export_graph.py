@@ -50,7 +50,7 @@ class Structure(GraphTest):
 
     def test_stand_ins_are_small(self):
         """A texture that is made for a flattened material is small where its node tree stands beside it."""
-        for trees, varies, side in ((True, True, 1024), (True, False, 2048), (False, True, 2048)):
+        for trees, varies, side in ((True, True, 1024), (True, False, 1024), (False, True, 2048)):
             with self.subTest(trees=trees, varies=varies):
                 graph.ENABLED = trees
                 for made in list(bpy.data.materials):
@@ -524,6 +524,22 @@ class When(GraphTest):
         found = self.export()
         self.assertIsNone(self.graph_of(found))
         self.assertNotIn("SUNDOG_shader_graph", found.root["extensionsUsed"])
+
+    def test_normal_maps_have_one(self):
+        """Those of glTF have no normals from below the surface: maps with blue below a half would be another thing."""
+        tree, _ = self.tree()
+        shader, bent, image = (tree.nodes.new(f"ShaderNode{k}") for k in ("BsdfPrincipled", "NormalMap", "TexImage"))
+        image.image = bpy.data.images.new("blue of nothing", 4, 4, is_data=True)
+        path = os.path.join(self.folder, "blue.png")
+        image.image.filepath_raw, image.image.file_format = path, "PNG"
+        image.image.save()
+        tree.links.new(image.outputs["Color"], bent.inputs["Color"])
+        tree.links.new(bent.outputs["Normal"], shader.inputs["Normal"])
+        tree.links.new(shader.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+        found = self.export()
+        self.assertEqual(self.only(found, "ShaderNodeNormalMap")["properties"]["space"], "TANGENT")
+        self.assertIn("normalTexture", found.material("m"))
+        self.assertEqual(found.verdict("material", "m")["verdict"], "exact")
 
     def test_nothing_is_written_while_it_is_off(self):
         tree, glow = self.tree()

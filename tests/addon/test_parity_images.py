@@ -407,6 +407,39 @@ class ImageParity(kit.ExportTest):
         # In tangent space 5.2.3 differs by up to 4.4e-5, and 4.5.15 by 3e-7: why is not known yet.
         self.compare(shape=shape, error=1e-4 if bpy.app.version >= (5, 0, 0) else 1e-5)
 
+    def through(self, name, image, kind, **inputs):
+        """An image without coordinates of its own that shines through a node of that kind, all of which glTF could be told by a
+        texture that is computed texel by texel."""
+        node = self.shown(name, image, coordinates="none")
+        tree, changed = node.id_data, node.id_data.nodes.new(f"ShaderNode{kind}")
+        for key, value in inputs.items():
+            changed.inputs[key.replace("_", " ")].default_value = value
+        glow = node.outputs["Color"].links[0].to_socket
+        tree.links.new(node.outputs["Color"], changed.inputs["Color"])
+        tree.links.new(changed.outputs[0], glow)
+
+    def test_what_textures_could_say(self):
+        """Cycles mixes texels as they are coded, and computes with what comes of it: trees of which a texture could be made are
+        written as they are, and images that are used as they are where their files say something else."""
+        opaque, shares = texels(8, 8, 3), texels(8, 8, 4)
+        self.shown("plain", self.file("plain", opaque), coordinates="none")
+        for kind, inputs in (("HueSaturation", {"Saturation": 1.4}), ("Gamma", {"Gamma": 2.2}), ("Invert", {})):
+            self.through(kind, self.file(kind, opaque), kind, **inputs)
+        self.shown("with alpha", self.file("with alpha", shares), coordinates="none")
+        made = bpy.data.images.new("generated", 8, 8)
+        made.pixels = numpy.concatenate([opaque / 255, numpy.ones((8, 8, 1))], axis=2).ravel().tolist()
+        self.shown("generated", made, coordinates="none")
+        floats = self.path("floats.exr")
+        images.write_exr(floats, (shares / [100, 100, 100, 255]).astype(numpy.float32))
+        for space in ("Non-Color", "ACEScg", "Linear Rec.709"):
+            self.shown(f"floats {space}", self.loaded(floats, space, alpha_mode="STRAIGHT"), coordinates="none")
+        below = bpy.data.images.new("below nothing", 8, 8, float_buffer=True)
+        below.pixels = numpy.concatenate([opaque / 100 - 1, numpy.ones((8, 8, 1))], axis=2).ravel().tolist()
+        self.shown("below nothing", below, coordinates="none")
+        # Noise of 64 samples is below 1e-4.
+        found = self.compare(64, 2e-4, flat=("plain",))
+        self.assertNotIn("SUNDOG_shader_graph", found.material("plain")["extensions"])
+
     def test_sizes(self):
         """Sizes and kinds of files that are rare."""
         for height, width in ((1, 1), (1, 7), (5, 3), (3, 5), (17, 31)):

@@ -304,9 +304,9 @@ def decode_srgb(values):
 
 def start_of(image):
     """The first bytes of the image's file, or None."""
-    data = None if image.is_dirty else _packed(image)
-    if data is not None:
-        return data[:4096]
+    packed = None if image.is_dirty else image.packed_file
+    if packed is not None and packed.size:
+        return bytes(packed.data[:4096])
     path = None if image.is_dirty else file_of(image)
     if path is None:
         return None
@@ -421,6 +421,12 @@ def codes_of(image):
 def is_exactly_known(image):
     """Whether the image's colour space is one that is followed exactly."""
     return image.colorspace_settings.name in LINEAR_SPACES | colorspace.LINEAR | {"sRGB"} or holds_floats(image)
+
+
+def is_plain(image):
+    """Whether a texture of the image's file is mixed between texels as Cycles does it: opaque colours or numbers of 8 or 16 bits."""
+    is_known = image.colorspace_settings.name in {"sRGB", *DATA_SPACES} and image.source == "FILE"
+    return is_known and kind_of(start_of(image) or b"") in {".png", ".jpg"} and not may_have_alpha(image)
 
 
 def _read_as_blender_does(image, extension, as_data):

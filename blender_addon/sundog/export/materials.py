@@ -173,12 +173,17 @@ class Writer:
         width = 4 if any(a.alpha for a in slots.attributes) else 3
         color = slots.attribute_name()
         is_closed = "alphaMode" in result and graph.casts_whole_shadows(material)
-        written = self._graph(material, reader, slots.uvs, None if color is None else (color, width), is_closed)
-        if slots.reduced and (written is None or not written.extension):
+        # A normal map of glTF's has nothing below the surface, and what is flat has no shadows of its own.
+        is_told = slots.is_unlike or surface.normal is not None or is_closed
+        written = self._graph(material, reader, slots.uvs, None if color is None else (color, width), is_told)
+        is_flat = written is None or not written.extension
+        if is_flat and slots.reduced:
             # No node tree stands beside it: it is what is rendered.
             reader.findings, reader.lasting, reader.volume = before
             return self._build(name, surface, reader, material, alone=True)
-        if is_closed and (written is None or not written.extension):
+        if is_flat and slots.is_unlike and graph.ENABLED and all(f.verdict == EXACT for f in reader.findings):
+            reader.note(APPROXIMATED, "textures are made of its nodes texel by texel: what lies between texels differs from Cycles")
+        if is_flat and is_closed:
             reader.note(APPROXIMATED, "its shadows are as light as it is, for all that its Transparent Shadows are off")
         written = written or graph_write.Written()
         if written.extension:
@@ -207,15 +212,15 @@ class Writer:
         bare = [thing for thing in bpy.data.objects if thing.type in {"MESH", "META"} and may_be(thing)]
         return {slot.material for thing in bare for slot in thing.material_slots if slot.material is not None}
 
-    def _graph(self, material, reader, uvs, color, is_closed):
-        """The Written of a material's node tree, if that says more than the flattened material; replaces the findings then."""
+    def _graph(self, material, reader, uvs, color, is_told):
+        """The Written of a material's node tree, if that says more than the flattened material (it does where `is_told`);
+        replaces the findings then."""
         if not graph.ENABLED or material is None or nodes.tree_of(material) is None:
             return None
         is_bare = material.original in self._bare
         if is_bare and any(node.bl_idname == "ShaderNodeNormalMap" for node in nodes.tree_of(material).nodes):
             reader.note(APPROXIMATED, "the normal map has no tangents where meshes have no UV map")
-        # What is flat has no shadows of its own.
-        flat = all(f.verdict == EXACT for f in reader.findings) and not is_closed
+        flat = all(f.verdict == EXACT for f in reader.findings) and not is_told
         lost = []
         aovs = graph_write.aovs_of(material, self.aovs, lost, layer=self.layer)
         reader.findings += lost

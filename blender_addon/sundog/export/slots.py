@@ -17,6 +17,9 @@ class Slots:
         self.writer, self.reader = writer, reader
         # Textures that are made have so many pixels along each side at most; None for as many as the images have, 0 for none made.
         self.side, self.reduced = side, False
+        # Whether some texture differs from what Cycles makes of the node tree: Cycles mixes texels as they are coded, and
+        # computes with what comes of it.
+        self.is_unlike = False
         self.uvs = list(uvs)
         self.attributes = []
 
@@ -180,7 +183,9 @@ class Slots:
         # The program takes the colours as they stand in the file.
         if texture.multiplied != images.is_associated(image):
             return None
-        return images.original(image, self.writer.cache, as_data)
+        path = images.original(image, self.writer.cache, as_data)
+        self.is_unlike |= path is not None and not images.is_plain(image)
+        return path
 
     def _mean(self, expression):
         def texels(leaf):
@@ -247,6 +252,7 @@ class Slots:
         used = [leaf for e in (color, alpha) for leaf in e.leaves() if isinstance(leaf, Image)]
         if not used:
             return None
+        self.is_unlike = True
         first = used[0].texture
         # The written alpha weighs where it is that of all of the colours.
         shown = [leaf for leaf in color.leaves() if isinstance(leaf, Image)]
