@@ -25,6 +25,7 @@ _VALUED = {
 _OF_RAYS = {"Position": "Position", "Direction": "Normal"}
 _IMAGES = {"TEX_IMAGE", "TEX_ENVIRONMENT"}
 _NUMBERS = {"VALUE", "INT", "BOOLEAN"}
+_WHOLE = {"INT", "BOOLEAN"}
 _TRIPLES = {"VECTOR", "ROTATION"}
 _WIDTHS = {**dict.fromkeys(_NUMBERS, 1), **dict.fromkeys(_TRIPLES, 3), "RGBA": 4}
 
@@ -108,20 +109,21 @@ def _converted(value, kind, wanted):
 
 
 def _through(kinds):
-    """What a link does to its values between its ends, whose types are the first and the last: None, the type from which
-    it makes numbers, or "nothing"."""
+    """The type from which a link makes numbers between its ends, whose types are the first and the last; None if it makes none."""
     made, now = None, kinds[0]
     for kind in kinds[1:-1] if not INLINED else ():
-        if kind in {"INT", "BOOLEAN"}:
-            # Before 5.0 Cycles has no such sockets at groups: nothing passes.
-            return "nothing"
-        if kind == "VALUE" and _WIDTHS.get(now, 1) > 1:
+        if kind in _NUMBERS and _WIDTHS.get(now, 1) > 1:
             made, now = made or now, "VALUE"
         elif now != "VALUE" and kind in _WIDTHS:
             now = kind
     if made is None and kinds[-1] in _NUMBERS and _WIDTHS.get(now, 1) > 1 and _WIDTHS[now] != _WIDTHS.get(kinds[0]):
         made = now
     return made
+
+
+def _becomes_whole(kinds):
+    """Whether a link makes whole numbers on its way: before 5.0 those to true and false are such, too."""
+    return not INLINED and not _WHOLE.isdisjoint(kinds[1:-1])
 
 
 def _becomes_truth(kinds):
@@ -308,10 +310,9 @@ class Walk:
         shines = socket.type == "SHADER"
         kind = "RGBA" if shines else socket.type
         way = [*reversed(kinds), kind]
-        through = _through(way)
-        if through == "nothing":
-            return self._fixed(socket, found, self._along(0.0, ["VALUE", kind]))
-        link = Link(self._use(place), found.identifier, through)
+        link = Link(self._use(place), found.identifier, _through(way))
+        if _becomes_whole(way):
+            link = self._made("ShaderNodeMath", "Value", {"Value": link, "Value_001": 0.0}, {"operation": "TRUNC", "use_clamp": False})
         if _becomes_truth(way):
             link = self._truth(Link(self._use(place), found.identifier), way[0])
         return self._made("ShaderNodeEmission", "Emission", {"Color": link, "Strength": 1.0}) if shines else link
@@ -354,6 +355,9 @@ class Walk:
         if not _is_implicit(socket):
             return value
         # Before 5.0 the value of a group's socket does not count here, nor does it ever where it is hidden and a normal.
+        if found.is_output and found.node.mute and found.type == socket.type and not INLINED:
+            # A muted node that nothing feeds is cut out there.
+            return None
         if not found.is_output and (not INLINED or (found.hide_value and socket.name != "Vector")):
             return None
         return self._made("ShaderNodeCombineXYZ", "Vector", dict(zip("XYZ", value)))
@@ -379,8 +383,8 @@ class Walk:
         for wanted in [*(() if INLINED else kinds[1:-1]), kinds[-1]]:
             if wanted == "SHADER":
                 return _converted(value, kind, "RGBA")
-            if wanted in {"INT", "BOOLEAN"} and wanted is not kinds[-1] and not INLINED:
-                value, kind = 0.0, "VALUE"
+            if wanted in _WHOLE and kind in _WIDTHS and wanted is not kinds[-1] and not INLINED:
+                value, kind = float(math.trunc(_converted(value, kind, wanted))), wanted
             elif wanted in _WIDTHS and kind in _WIDTHS:
                 value, kind = _converted(value, kind, wanted), wanted
         return value

@@ -152,14 +152,16 @@ class Walker:
         for count in range(10_000):
             socket, groups = place.socket, place.groups
             node = socket.node
-            if count:
+            # Before 5.0 what a muted node stands for has the type of its output alone, and gives zero where nothing is linked to it.
+            is_passing = node.mute and not INLINED
+            if count and (socket.is_output or not is_passing):
                 passed.append(socket.type)
             if socket.is_output:
                 if node.mute:
                     inner = next((l.from_socket for l in node.internal_links if l.to_socket == socket), None)
                     if inner is None:
                         return self._fallen_back(own, place, passed)
-                    place = Place(inner, groups)
+                    muted, place = place, Place(inner, groups)
                 elif node.type == "REROUTE":
                     place = Place(node.inputs[0], groups)
                 elif node.type == "GROUP" and node.node_tree is not None:
@@ -180,12 +182,15 @@ class Walker:
                 else:
                     return place
             else:
-                if node.type != "REROUTE":
-                    own = place, len(passed)
-                elif not INLINED:
+                is_passing &= count > 0
+                if is_passing or (node.type == "REROUTE" and not INLINED):
                     # Before 5.0 a reroute that nothing feeds gives zero.
                     own = None
+                elif node.type != "REROUTE":
+                    own = place, len(passed)
                 link = self._link(socket)
+                if link is None and is_passing:
+                    return muted
                 if link is None:
                     return place if node.type != "REROUTE" else self._fallen_back(own, place, passed)
                 place = Place(link.from_socket, groups)
@@ -207,8 +212,28 @@ _RESOLVED = {
 }  # fmt: skip
 
 
+# Types whose values lose something where a group takes those of others, and the others that they hold whole.
+_NARROW = {"VALUE": {"INT", "BOOLEAN"}, "INT": {"BOOLEAN"}, "BOOLEAN": set()}
+
+
+def _converts(link):
+    """Whether a group takes another type than what is linked to it: Blender converts constants there."""
+    before, after = link.from_socket.type, link.to_socket.type
+    if link.to_node.type not in {"GROUP", "GROUP_OUTPUT"} or after not in _NARROW:
+        return False
+    return before not in {after, "SHADER", *_NARROW[after]}
+
+
+def _passes_nothing(tree):
+    """Whether a muted node passes an input on that nothing is linked to: what asks for it takes its own value."""
+    muted = [node for node in tree.nodes if node.mute]
+    hollow = any(node.type == "REROUTE" and not node.inputs[0].is_linked for node in tree.nodes)
+    return any(hollow or not link.from_socket.is_linked for node in muted for link in node.internal_links)
+
+
 def _asks_for_blender(tree):
-    """Whether a tree has what Blender alone resolves: menus, repeated zones, closures, bundles, texts, and links in a circle."""
+    """Whether a tree has what Blender alone resolves: menus, repeated zones, closures, bundles, texts, links in a circle, constants
+    that groups convert, and muted nodes that pass nothing on."""
     open_trees, seen = [tree], set()
     while open_trees:
         tree = open_trees.pop()
@@ -220,6 +245,8 @@ def _asks_for_blender(tree):
                 return True
             if node.type == "GROUP" and node.node_tree is not None:
                 open_trees.append(node.node_tree)
+        if _passes_nothing(tree) or any(map(_converts, tree.links)):
+            return True
         # Links to sockets that a node's settings switch off are not valid either.
         if any(not link.is_valid and link.from_socket.enabled and link.to_socket.enabled for link in tree.links):
             return True
@@ -446,18 +473,28 @@ class Evaluator:
 
     def color(self, place):
         """The colour or vector of an input."""
-        return as_color(self._value(place))
+        return as_color(self._arriving(place)[0])
 
     def scalar(self, place):
         """The number at an input."""
-        value = self._value(place)
-        if value.is_color:
-            source = self.walker.source(place)
-            return as_scalar(value, vector=source.socket.type == "VECTOR")
-        return value
+        value, kind = self._arriving(place)
+        return as_scalar(value, vector=kind == "VECTOR")
 
-    def _value(self, place):
-        source = self.walker.source(place)
+    def _arriving(self, place):
+        """What comes to an input, and the type of the socket that it had last."""
+        passed = []
+        source = self.walker.source(place, passed)
+        value, kind = self._value(source), source.socket.type
+        for wanted in reversed(passed[:-1]) if not INLINED else ():
+            if wanted in {"VALUE", "INT", "BOOLEAN"}:
+                value, kind = as_scalar(value, vector=kind == "VECTOR"), wanted
+            elif wanted in {"RGBA", "VECTOR"}:
+                value, kind = as_color(value), wanted
+            if wanted in {"INT", "BOOLEAN"}:
+                value = operation("truncated", numpy.trunc, [value], False)
+        return value, kind
+
+    def _value(self, source):
         if not source.socket.is_output:
             return self._own_value(source.socket)
         key = (tuple(g.as_pointer() for g in source.groups), source.socket.as_pointer())
