@@ -175,6 +175,8 @@ class Writer:
         is_closed = "alphaMode" in result and graph.casts_whole_shadows(material)
         # A normal map of glTF's has nothing below the surface, and what is flat has no shadows of its own.
         is_told = slots.is_unlike or surface.normal is not None or is_closed
+        # Nor has what is flat tangents about a sphere.
+        is_told |= "uv_set" in others.get("anisotropy", {}) and material is not None and material.original in self._bare
         written = self._graph(material, reader, slots.uvs, None if color is None else (color, width), is_told)
         is_flat = written is None or not written.extension
         if is_flat and slots.reduced:
@@ -210,7 +212,8 @@ class Writer:
             return not getattr(thing.data, "uv_layers", None) or any(m.type in REMADE for m in thing.modifiers)
 
         bare = [thing for thing in bpy.data.objects if thing.type in {"MESH", "META"} and may_be(thing)]
-        return {slot.material for thing in bare for slot in thing.material_slots if slot.material is not None}
+        found = {slot.material for thing in bare for slot in thing.material_slots if slot.material is not None}
+        return found | _set_by_nodes()
 
     def _graph(self, material, reader, uvs, color, is_told):
         """The Written of a material's node tree, if that says more than the flattened material (it does where `is_told`);
@@ -321,6 +324,31 @@ class Writer:
             extensions["KHR_materials_specular"] = specular
         if ior != 1.5:
             extensions["KHR_materials_ior"] = {"ior": ior}
+
+
+def _set_by_nodes():
+    """Materials that geometry nodes may give to meshes, whatever these have of their own."""
+    found = set()
+    for tree in bpy.data.node_groups:
+        if tree.bl_idname == "GeometryNodeTree":
+            for node in tree.nodes:
+                found.add(getattr(node, "material", None))
+                found.update(socket.default_value for socket in node.inputs if socket.type == "MATERIAL")
+            found.update(getattr(item, "default_value", None) for item in tree.interface.items_tree)
+    for thing in bpy.data.objects:
+        for modifier in thing.modifiers:
+            if modifier.type == "NODES":
+                found.update(_values_of(modifier))
+    return {material for material in found if isinstance(material, bpy.types.Material)}
+
+
+def _values_of(modifier):
+    """What a modifier of geometry nodes gives to its tree; from 5.2 on that has properties of its own."""
+    if not hasattr(modifier, "properties"):
+        return [value for value in modifier.values() if isinstance(value, bpy.types.Material)]
+    inputs = getattr(modifier.properties, "inputs", None)
+    names = inputs.bl_rna.properties.keys() if inputs is not None else ()
+    return [getattr(getattr(inputs, name), "value", None) for name in names if name not in {"rna_type", "name"}]
 
 
 def _mask(alpha):
