@@ -195,6 +195,19 @@ pub(super) fn shown(text: &[u8], start: usize) -> String {
     words.trim().chars().take(60).collect()
 }
 
+/// A name in letters that the parser knows; others get others.
+pub(super) fn encoded(name: &[u8]) -> Vec<u8> {
+    let mut out = Vec::new();
+    for byte in name {
+        if byte.is_ascii() {
+            out.push(*byte);
+        } else {
+            out.extend(format!("_x{byte:02x}").as_bytes());
+        }
+    }
+    out
+}
+
 #[cfg(test)]
 #[path = "../../../tests/unit/import/usd/lexis.rs"]
 mod tests;

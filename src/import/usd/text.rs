@@ -4,8 +4,8 @@ use std::borrow::Cow;
 use std::collections::BTreeSet;
 
 use super::lexis::{
-    asset_end, closed, is_word, line, marks, number_end, opaque_end, quoted, shown, skip_white,
-    statement, word_end,
+    asset_end, closed, encoded, is_word, line, marks, number_end, opaque_end, quoted, shown,
+    skip_white, statement, word_end,
 };
 
 /// Types of before USD 0.8, and those without a meaning here.
@@ -493,6 +493,11 @@ impl<'a> Reader<'a> {
         let number = &text[start..self.at];
         let digits = number.iter().take_while(|b| b.is_ascii_digit()).count();
         if digits == number.len() {
+            // Samples over time are read without their type: whole numbers would be held, not interpolated.
+            let floats = is_one_of(self.kind, &["half", "float", "double"]);
+            if floats && self.inside() == Inside::Map {
+                self.replace(self.at, self.at, b".0");
+            }
             return;
         }
         // A fraction where whole numbers are.
@@ -536,7 +541,8 @@ impl<'a> Reader<'a> {
     fn word_of_statement(&mut self, start: usize, end: usize, next: usize, before: &[u8]) {
         let text = self.text;
         let found = &text[start..end];
-        if self.last == b'.' {
+        let sample = matches!(self.last, b':' | b'-') && self.inside() == Inside::Map;
+        if self.last == b'.' || sample {
             return;
         }
         if is_one_of(found, &KEYWORDS) {
@@ -671,19 +677,6 @@ fn strange_names(text: &[u8]) -> BTreeSet<&[u8]> {
         at = end;
     }
     names
-}
-
-/// A name in letters that the parser knows; others get others.
-fn encoded(name: &[u8]) -> Vec<u8> {
-    let mut out = Vec::new();
-    for byte in name {
-        if byte.is_ascii() {
-            out.push(*byte);
-        } else {
-            out.extend(format!("_x{byte:02x}").as_bytes());
-        }
-    }
-    out
 }
 
 #[cfg(test)]

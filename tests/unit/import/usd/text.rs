@@ -53,6 +53,21 @@ fn samples_of_paths_become_words() {
     );
 }
 
+/// The parser reads samples of numbers without a look at their type.
+#[test]
+fn whole_numbers_over_time_are_of_the_attributes_type() {
+    assert_eq!(
+        read(
+            "float a.timeSamples = {\n 1: 0, 2: None,\n 25: -180, 30: 1e3\n}\nint b.timeSamples = { 1: 0 }"
+        ),
+        "float a.timeSamples = {\n 1.0: 0.0, 2.0: None,\n 25.0: -180.0, 30.0: 1e3\n}\nint b.timeSamples = { 1: 0 }"
+    );
+    assert_eq!(
+        read("double a = 1\nint b.timeSamples = { 1: 0 }"),
+        "double a = 1\nint b.timeSamples = { 1: 0 }"
+    );
+}
+
 #[test]
 fn later_versions_are_read_as_the_first() {
     assert_eq!(read("#usda 1.2\n(\n)"), "#usda 1.0\n(\n)");
