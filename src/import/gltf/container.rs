@@ -418,7 +418,7 @@ pub(in crate::import) fn inside(
 }
 
 /// A file beside one that is not there, of the same name but for capitals.
-fn in_another_case(path: &Path) -> Option<String> {
+pub(in crate::import) fn in_another_case(path: &Path) -> Option<String> {
     if path.exists() {
         return None;
     }

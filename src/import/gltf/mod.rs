@@ -41,6 +41,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use self::container::Document;
+pub(super) use self::container::in_another_case;
 use self::material_list::Materials;
 use self::shapes::{load_meshes, poses};
 use self::walk::{Shaped, Walk};

@@ -17,6 +17,9 @@ use super::text::LeftOut;
 /// Brackets inside brackets of a text: more than this is no scene, and the parser would follow them down its stack.
 const MOST_NESTED: usize = 2000;
 
+/// What is said where a name is that of another file but for these.
+pub(super) const CAPITALS: &str = "capitals and small letters count";
+
 /// What was asked for, but is not read.
 #[derive(Debug, Default)]
 pub(super) struct Refused {
@@ -65,6 +68,17 @@ fn has_a_place(name: &str) -> bool {
 pub(super) fn missing(name: &str) -> Option<&'static str> {
     let network = has_a_place(name) && name.contains("://");
     network.then_some("lies on the network: download it, and name that file instead")
+}
+
+/// A file of the same name but for capitals, beside one that is not there or packed with it.
+pub(super) fn in_another_case(path: &str) -> Option<String> {
+    if ar::split_package_relative_path_outer(path).is_none() {
+        return crate::import::gltf::in_another_case(Path::new(path));
+    }
+    let name = path.trim_end_matches(']').rsplit(['/', '[']).next()?;
+    let wanted = name.to_lowercase();
+    let mut names = siblings(path).into_iter();
+    names.find(|other| other != name && other.to_lowercase() == wanted)
 }
 
 /// Why a file is of no kind that is read, if its name says so.
@@ -145,7 +159,7 @@ impl Files {
             return path.to_owned();
         }
         let layer = ResolvedPath::new(layer);
-        self.inner.plain.create_identifier(path, Some(&layer))
+        self.inner.named_by(path, Some(&layer))
     }
 
     /// All of a file, or why not.
@@ -177,39 +191,44 @@ impl Files {
             } else {
                 match missing(path) {
                     Some(why) => format!("it {why}"),
-                    None => "there is no such file".into(),
+                    None => match in_another_case(path) {
+                        Some(other) => {
+                            format!("there is no such file, but there is \"{other}\": {CAPITALS}")
+                        }
+                        None => "there is no such file".into(),
+                    },
                 }
             }
         })
     }
-
-    /// Names of the files in the folder of a path.
-    pub(super) fn siblings(&self, path: &str) -> Vec<String> {
-        if let Some((package, inner)) = ar::split_package_relative_path_outer(path) {
-            let folder = inner.rsplit_once('/').map_or("", |(folder, _)| folder);
-            let Ok(file) = std::fs::File::open(package) else {
-                return Vec::new();
-            };
-            let Ok(archive) = zip::ZipArchive::new(file) else {
-                return Vec::new();
-            };
-            let names = archive.file_names().filter_map(|name| {
-                let (of, name) = name.rsplit_once('/').unwrap_or(("", name));
-                (of == folder).then(|| name.to_owned())
-            });
-            return names.collect();
-        }
-        let Some(folder) = Path::new(path).parent() else {
-            return Vec::new();
-        };
-        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-        entries
-            .filter_map(|entry| entry.file_name().into_string().ok())
-            .collect()
-    }
 }
 
 impl Inner {
+    /// The name of what a layer names. In a package, what is not beside the layer is looked for from the package's root, as
+    /// USD's own does (`SdfComputeAssetPathRelativeToLayer`): its packer writes such paths.
+    fn named_by(&self, asset: &str, by: Option<&ResolvedPath>) -> String {
+        let beside = self.plain.create_identifier(asset, by);
+        let anchored = asset.starts_with("./") || asset.starts_with("../");
+        let package =
+            by.and_then(|by| ar::split_package_relative_path_inner(&by.to_string_lossy()));
+        let Some((package, _)) = package.filter(|_| !anchored && !self.is_packed(&beside)) else {
+            return beside;
+        };
+        let root = self
+            .plain
+            .create_identifier(asset, Some(&ResolvedPath::new(&package)));
+        if self.is_packed(&root) { root } else { beside }
+    }
+
+    /// Whether a package has a file, or a tile of a name with a place for numbers.
+    fn is_packed(&self, name: &str) -> bool {
+        let Some((before, _)) = name.split_once("<UDIM>") else {
+            return self.plain.resolve(name).is_some();
+        };
+        let start = before.rsplit(['/', '[']).next().unwrap_or_default();
+        siblings(name).iter().any(|other| other.starts_with(start))
+    }
+
     /// Whether a file may be read; remembers it if not.
     fn is_inside(&self, path: &str) -> bool {
         let Some(folder) = &self.folder else {
@@ -337,6 +356,31 @@ impl Inner {
     }
 }
 
+/// Names of the files in the folder of a path.
+pub(super) fn siblings(path: &str) -> Vec<String> {
+    if let Some((package, inner)) = ar::split_package_relative_path_outer(path) {
+        let folder = inner.rsplit_once('/').map_or("", |(folder, _)| folder);
+        let Ok(file) = std::fs::File::open(package) else {
+            return Vec::new();
+        };
+        let Ok(archive) = zip::ZipArchive::new(file) else {
+            return Vec::new();
+        };
+        let names = archive.file_names().filter_map(|name| {
+            let (of, name) = name.rsplit_once('/').unwrap_or(("", name));
+            (of == folder).then(|| name.to_owned())
+        });
+        return names.collect();
+    }
+    let Some(folder) = Path::new(path).parent() else {
+        return Vec::new();
+    };
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    entries
+        .filter_map(|entry| entry.file_name().into_string().ok())
+        .collect()
+}
+
 /// Opens a regular file: a device or a pipe might never end.
 fn regular(path: &Path) -> std::io::Result<std::fs::File> {
     if !std::fs::metadata(path)?.is_file() {
@@ -370,7 +414,7 @@ fn fault(bytes: &[u8]) -> Option<String> {
 impl Layers for Inner {
     fn named(&self, asset: &str, by: &str) -> String {
         let by = ResolvedPath::new(by);
-        let name = self.plain.create_identifier(asset, Some(&by));
+        let name = self.named_by(asset, Some(&by));
         let resolved = self.plain.resolve(&name);
         resolved.map_or(name, |path| path.to_string_lossy().into_owned())
     }
@@ -391,7 +435,7 @@ impl Resolver for Files {
         if has_a_place(asset_path) {
             return asset_path.to_owned();
         }
-        self.inner.plain.create_identifier(asset_path, anchor)
+        self.inner.named_by(asset_path, anchor)
     }
 
     fn resolve(&self, asset_path: &str) -> Option<ResolvedPath> {

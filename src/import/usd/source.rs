@@ -8,7 +8,7 @@ use std::path::Path as FilePath;
 use openusd::sdf::{self, Path, Value};
 use openusd::{pcp, usd};
 
-use super::files::{self, Files};
+use super::files::{self, CAPITALS, Files};
 use super::value;
 use crate::import::{ImportError, ImportOptions};
 use crate::scene::{Diagnostics, Verdict};
@@ -139,7 +139,7 @@ impl Source {
             );
         }
         for error in self.stage.composition_errors() {
-            let (what, place) = composition(&error);
+            let (what, place) = composition(&error, &self.files);
             diagnostics.report("usd-composition", Verdict::Lost, what, place, "left out");
         }
     }
@@ -159,7 +159,7 @@ pub(super) fn is_of_text(error: &str) -> bool {
 }
 
 /// What an error of composition says, and of which prim.
-fn composition(error: &pcp::Error) -> (String, String) {
+fn composition(error: &pcp::Error, files: &Files) -> (String, String) {
     use pcp::Error as E;
     let arc = |arc: &pcp::ArcType| match arc {
         pcp::ArcType::Payload => "payload",
@@ -172,9 +172,15 @@ fn composition(error: &pcp::Error) -> (String, String) {
             asset_path,
             arc: kind,
             site_path,
-            ..
+            introduced_by,
         } => {
-            let why = files::missing(asset_path).unwrap_or("is not there");
+            let other = || files::in_another_case(&files.beside(asset_path, introduced_by));
+            let why = match files::missing(asset_path) {
+                Some(why) => why.to_owned(),
+                None => other().map_or("is not there".into(), |other| {
+                    format!("is not there, but \"{other}\" is: {CAPITALS}")
+                }),
+            };
             (
                 format!("{} to the file \"{asset_path}\", which {why}", arc(kind)),
                 site_path.to_string(),

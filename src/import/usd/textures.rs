@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::files;
 use super::source::Source;
 use crate::import::image::{self, Bytes, Encoded, Format};
 use crate::scene::graph::Graph;
@@ -91,12 +92,7 @@ impl Images {
                 .ok()
                 .filter(|n: &u32| is_number && *n >= 1001)
         };
-        let mut numbers: Vec<u32> = source
-            .files
-            .siblings(place)
-            .iter()
-            .filter_map(number)
-            .collect();
+        let mut numbers: Vec<u32> = files::siblings(place).iter().filter_map(number).collect();
         numbers.sort_unstable();
         numbers.dedup();
         if numbers.is_empty() {

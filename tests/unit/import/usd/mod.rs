@@ -151,3 +151,79 @@ fn a_package_in_a_package_is_named() {
         "{refused}"
     );
 }
+
+/// Packages as USD's own packer makes them: what a nested layer names may be told from the package's root.
+#[test]
+fn packed_layers_name_files_from_the_root() {
+    let scene = format!("#usda 1.0\n{STAGE}def \"x\" (references = @0/mid.usda@) {{}}");
+    let mid = "#usda 1.0\n(\n defaultPrim = \"p\"\n)\ndef \"p\" (references = @1/geo.usda@) {}";
+    let geo = "#usda 1.0\n(\n defaultPrim = \"p\"\n)\ndef Sphere \"p\" {}";
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.usdz");
+    let mut zip = zip::ZipWriter::new(std::fs::File::create(&path).unwrap());
+    let options =
+        zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
+    let parts = [
+        ("a.usda", &*scene),
+        ("0/mid.usda", mid),
+        ("1/geo.usda", geo),
+    ];
+    for (name, text) in parts {
+        zip.start_file(name, options).unwrap();
+        std::io::Write::write_all(&mut zip, text.as_bytes()).unwrap();
+    }
+    zip.finish().unwrap();
+    let imported = load(&path, &ImportOptions::default()).unwrap();
+    assert_eq!(imported.scene.instances.len(), 1, "{}", messages(&imported));
+}
+
+#[test]
+fn names_in_other_capitals_are_hinted_at() {
+    let scene = format!("#usda 1.0\n{STAGE}def \"x\" (references = @Part.usda@) {{}}");
+    let told = messages(&read(&scene, &[("part.usda", "#usda 1.0")]).unwrap());
+    let hint = "is not there, but \"part.usda\" is: capitals and small letters count";
+    assert!(told.contains(hint), "{told}");
+}
+
+const VARIANTS: &str = r#"
+def "a" (
+    variants = { string shape = "round" }
+    prepend variantSets = "shape"
+)
+{
+    variantSet "shape" = {
+        "round" { def Sphere "s" {} }
+        "square" (
+            variants = { string count = "one" }
+            prepend variantSets = "count"
+        ) {
+            variantSet "count" = {
+                "one" { def Cube "c" {} }
+                "two" { def Cube "c" {}  def Cube "d" {} }
+            }
+        }
+    }
+}"#;
+
+/// A set that another one's variant brings is there once that is chosen.
+#[test]
+fn variants_in_variants_are_chosen() {
+    let chosen = |wanted: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.usda");
+        std::fs::write(&path, format!("#usda 1.0\n{STAGE}{VARIANTS}")).unwrap();
+        let options = ImportOptions {
+            variant: Some(wanted.into()),
+            ..ImportOptions::default()
+        };
+        load(&path, &options)
+            .map(|imported| imported.scene.instances.len())
+            .map_err(|error| error.to_string())
+    };
+    assert_eq!(chosen("shape=square,count=two"), Ok(2));
+    assert_eq!(chosen("count=two, shape=square"), Ok(2));
+    assert_eq!(chosen("shape=square"), Ok(1));
+    let refused = chosen("shape=square,count=three").unwrap_err();
+    assert!(refused.contains("count=one, count=two"), "{refused}");
+    assert!(chosen("count=two").is_err());
+}
