@@ -43,7 +43,7 @@ pub fn load_all(
         transmission: import.transmission,
         cycles: import.cycles,
         scene: import.scene_name.clone(),
-        variant: import.variant.clone(),
+        variant: (!import.variant.is_empty()).then(|| import.variant.join(",")),
         without_world: environment.is_given()?,
         allow_outside: import.allow_outside,
         image_bytes: import.max_memory,

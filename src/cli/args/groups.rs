@@ -28,9 +28,9 @@ pub struct Import {
     pub scene_name: Option<String>,
     /// The variant that is shown, where the file has variants; its own choice if not given.
     ///
-    /// In glTF a name; in USD a set and a name, as in shape=round, with commas between several.
+    /// In glTF a name; in USD a set and a name, as in shape=round. Several are given one by one, or with commas between them.
     #[arg(long, value_name = "[SET=]NAME")]
-    pub variant: Option<String>,
+    pub variant: Vec<String>,
     /// What the light intensities of the file mean: the "Lighting Mode" it was exported with.
     #[arg(long, value_name = "UNITS", value_parser = words(&LIGHT_UNITS), default_value = "auto")]
     pub light_units: LightUnits,

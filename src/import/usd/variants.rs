@@ -3,8 +3,10 @@
 use super::source::{Source, one_line};
 use crate::import::ImportError;
 use openusd::sdf::{self, Path, Value};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
+/// Variants in variants: no file has them deeper.
+const MOST_LOOKS: usize = 32;
 /// More prims than this are not asked for variants.
 const MOST_ASKED: usize = 100_000;
 
@@ -39,34 +41,62 @@ fn listed(sets: &[(Path, String, Vec<String>)]) -> Vec<String> {
 }
 
 /// Makes the wanted selections: `set=name`, with commas between them.
+///
+/// What is chosen may bring sets of its own: the stage is looked at again until there is nothing new to choose.
 pub(super) fn choose(source: &Source, wanted: &str) -> Result<(), ImportError> {
-    let sets = sets(source);
-    let names = listed(&sets);
-    for wish in wanted.split(',') {
-        let (set, variant) = match wish.split_once('=') {
-            Some((set, variant)) => (Some(set.trim()), variant.trim()),
-            None => (None, wish.trim()),
-        };
-        let fits = |(_, of, variants): &&(Path, String, Vec<String>)| {
-            set.is_none_or(|set| set == of) && variants.iter().any(|v| v == variant)
-        };
-        let fitting: Vec<_> = sets.iter().filter(fits).collect();
-        if fitting.is_empty() {
-            let there = match names.as_slice() {
-                [] => "the file has no variants".into(),
-                _ => format!("there are: {}", names.join(", ")),
-            };
-            return Err(ImportError::malformed(
-                &source.file,
-                format!("variant \"{wish}\""),
-                format!("there is no such variant; {there}"),
-            ));
+    let wishes: Vec<Wish> = wanted.split(',').map(Wish::of).collect();
+    let mut chosen: HashSet<(Path, String)> = HashSet::new();
+    let mut fulfilled = vec![false; wishes.len()];
+    let mut seen = sets(source);
+    for _ in 0..MOST_LOOKS {
+        let mut new = false;
+        for (path, set, variants) in &seen {
+            for (wish, fulfilled) in wishes.iter().zip(&mut fulfilled) {
+                let fits = wish.set.is_none_or(|of| of == set)
+                    && variants.iter().any(|v| v == wish.variant);
+                if fits && chosen.insert((path.clone(), set.clone())) {
+                    select(source, path, set, wish.variant)?;
+                    new = true;
+                }
+                *fulfilled |= fits;
+            }
         }
-        for (path, set, _) in fitting {
-            select(source, path, set, variant)?;
+        if !new {
+            break;
         }
+        seen = sets(source);
     }
-    Ok(())
+    let missing = wishes.iter().zip(fulfilled).find(|(_, done)| !done);
+    let Some((wish, _)) = missing else {
+        return Ok(());
+    };
+    let there = match listed(&seen).as_slice() {
+        [] => "the file has no variants".into(),
+        names => format!("there are: {}", names.join(", ")),
+    };
+    Err(ImportError::malformed(
+        &source.file,
+        format!("variant \"{}\"", wish.told),
+        format!("there is no such variant; {there}"),
+    ))
+}
+
+/// A wanted selection.
+struct Wish<'a> {
+    told: &'a str,
+    /// Without, any set that has the variant.
+    set: Option<&'a str>,
+    variant: &'a str,
+}
+
+impl<'a> Wish<'a> {
+    fn of(told: &'a str) -> Self {
+        let (set, variant) = match told.split_once('=') {
+            Some((set, variant)) => (Some(set.trim()), variant.trim()),
+            None => (None, told.trim()),
+        };
+        Self { told, set, variant }
+    }
 }
 
 /// Selects a variant in the root layer, as it is in memory.
