@@ -5,6 +5,7 @@ use std::rc::Rc;
 use openusd::sdf::Path;
 use openusd::usd;
 
+use super::collections;
 use super::source::{Source, View};
 
 /// Purposes of bindings, the one that counts first. A preview is better than nothing.
@@ -52,10 +53,8 @@ pub(super) fn below(source: &Source, above: &Bindings, prim: &View) -> Bindings 
                     [purpose, _] => *purpose,
                     _ => "",
                 };
-                let query = usd::is_collection_api_path(collection).and_then(|(prim, name)| {
-                    let collection = usd::Collection::new(prim, name);
-                    source.told(material, collection.compute_membership_query(&source.stage))
-                });
+                let query = collections::of_path(collection)
+                    .and_then(|collection| collections::members(source, &collection));
                 let place = PURPOSES.iter().position(|p| *p == purpose);
                 if let (Some(query), Some(place)) = (query, place) {
                     let material = material.clone();

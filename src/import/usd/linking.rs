@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use openusd::sdf::Path;
 use openusd::usd::{self, PathRule};
 
+use super::collections;
 use super::source::{Source, View};
 use crate::scene::{Diagnostics, Links, Scene, Verdict};
 
@@ -54,10 +55,7 @@ fn members(
         return None;
     }
     let collection = usd::Collection::new(prim.path().clone(), name);
-    let query = source.told(
-        prim.path(),
-        collection.compute_membership_query(&source.stage),
-    )?;
+    let query = collections::members(source, &collection)?;
     let mut rules = query.rule_map().clone();
     if all {
         rules

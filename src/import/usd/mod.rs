@@ -6,6 +6,7 @@ mod binding;
 mod blackbody;
 mod camera;
 mod classes;
+mod collections;
 mod crate_file;
 mod crate_values;
 mod curves;
