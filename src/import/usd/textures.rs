@@ -166,9 +166,52 @@ fn is_display(bytes: &[u8]) -> bool {
         // Bits a sample and the kind of colour, in the first chunk.
         Format::Png => bytes.get(24) == Some(&8) && bytes.get(25).is_some_and(|kind| kind & 2 != 0),
         Format::Jpeg => jpeg_components(bytes).is_none_or(|count| count >= 3),
-        Format::WebP => true,
+        Format::WebP | Format::Gif => true,
+        // Those with few bits a pixel have a palette of colours.
+        Format::Bmp => true,
+        // The kind, with or without compression: colours of a palette, or without one.
+        Format::Tga => matches!(bytes.get(2), Some(1 | 2 | 9 | 10)),
+        Format::Tiff => tiff_is_display(bytes).unwrap_or(false),
         _ => false,
     }
+}
+
+/// Whether a TIFF has 8 bits in each of three samples or more, or a palette: by the first directory of TIFF 6.0.
+fn tiff_is_display(bytes: &[u8]) -> Option<bool> {
+    let little = bytes.starts_with(b"II");
+    let short = |at: usize| {
+        let two: [u8; 2] = bytes.get(at..at + 2)?.try_into().ok()?;
+        Some(if little {
+            u16::from_le_bytes(two)
+        } else {
+            u16::from_be_bytes(two)
+        })
+    };
+    let long = |at: usize| {
+        let four: [u8; 4] = bytes.get(at..at + 4)?.try_into().ok()?;
+        let value = if little {
+            u32::from_le_bytes(four)
+        } else {
+            u32::from_be_bytes(four)
+        };
+        usize::try_from(value).ok()
+    };
+    let directory = long(4)?;
+    let (mut bits, mut palette) = (1, false);
+    let mut samples = 1;
+    for entry in 0..usize::from(short(directory)?) {
+        let at = directory + 2 + 12 * entry;
+        let (tag, count) = (short(at)?, long(at + 4)?);
+        match tag {
+            // More than two numbers stand elsewhere.
+            258 if count > 2 => bits = short(long(at + 8)?)?,
+            258 => bits = short(at + 8)?,
+            262 => palette = short(at + 8)? == 3,
+            277 => samples = short(at + 8)?,
+            _ => {}
+        }
+    }
+    Some(palette || (bits == 8 && samples >= 3))
 }
 
 /// Components of a JPEG, from its frame header.
@@ -184,3 +227,7 @@ fn jpeg_components(bytes: &[u8]) -> Option<u8> {
         at += 2 + usize::from(u16::from_be_bytes([high, low]));
     }
 }
+
+#[cfg(test)]
+#[path = "../../../tests/unit/import/usd/textures.rs"]
+mod tests;
