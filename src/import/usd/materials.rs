@@ -264,6 +264,17 @@ impl<'a> Materials<'a> {
                 reasons.push(told);
                 continue;
             };
+            if !reasons.is_empty() {
+                lose(
+                    diagnostics,
+                    "MaterialX networks with nodes that are not read",
+                    &name,
+                    "the material's UsdPreviewSurface is rendered instead",
+                );
+            }
+            for told in reasons.drain(..) {
+                diagnostics.append(told);
+            }
             diagnostics.append(told);
             graph.surface = Some(surface);
             graph.prune();

@@ -227,3 +227,63 @@ fn variants_in_variants_are_chosen() {
     assert!(refused.contains("count=one, count=two"), "{refused}");
     assert!(chosen("count=two").is_err());
 }
+
+const SQUARE: &str = r#"
+    int[] faceVertexCounts = [4]
+    int[] faceVertexIndices = [0, 1, 2, 3]
+    point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+    uniform token subdivisionScheme = "none"
+"#;
+
+#[test]
+fn a_network_that_is_not_read_is_named_beside_a_preview() {
+    let imported = stage(&format!(
+        r#"def Mesh "m" {{
+    rel material:binding = </M>
+{SQUARE}}}
+def Material "M" {{
+    token outputs:surface.connect = </M/p.outputs:surface>
+    token outputs:mtlx:surface.connect = </M/s.outputs:out>
+    def Shader "p" {{
+        uniform token info:id = "UsdPreviewSurface"
+    }}
+    def Shader "s" {{
+        uniform token info:id = "ND_standard_surface_surfaceshader"
+        color3f inputs:base_color.connect = </M/n.outputs:out>
+    }}
+    def Shader "n" {{
+        uniform token info:id = "ND_unheard_of_color3"
+    }}
+}}"#
+    ));
+    let told = messages(&imported);
+    assert!(told.contains("ND_unheard_of_color3"), "{told}");
+    assert!(told.contains("MaterialX networks with nodes"), "{told}");
+}
+
+/// Names of collections are paths of names: the library takes those alone that are one.
+#[test]
+fn collections_with_colons_in_their_names_bind() {
+    let imported = stage(&format!(
+        r#"over "C" (
+    prepend apiSchemas = ["CollectionAPI:material:Main"]
+)
+{{
+    uniform token collection:material:Main:expansionRule = "expandPrims"
+    rel collection:material:Main:includes = </S/m>
+}}
+def Scope "S" {{
+    rel material:binding:collection:preview:Main = [</C.collection:material:Main>, </S/M>]
+    def Material "M" {{
+        token outputs:surface.connect = </S/M/p.outputs:surface>
+        def Shader "p" {{
+            uniform token info:id = "UsdPreviewSurface"
+        }}
+    }}
+    def Mesh "m" {{
+{SQUARE}    }}
+}}"#
+    ));
+    let bound = &imported.scene.materials[0].name;
+    assert_eq!(bound, "M");
+}
