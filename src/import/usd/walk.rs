@@ -88,6 +88,8 @@ pub(super) struct Inherited {
     pub object_colors: bool,
     /// It is for the picture, and not for previews or tools.
     rendered: bool,
+    /// It is invisible: cameras and settings alone count.
+    hidden: bool,
     /// Constant primvars.
     pub primvars: Rc<BTreeMap<String, Value>>,
     /// Those of what the prim stands below.
@@ -98,6 +100,11 @@ pub(super) struct Inherited {
 }
 
 impl Inherited {
+    /// Whether it is in the picture.
+    fn is_seen(&self) -> bool {
+        self.rendered && !self.hidden
+    }
+
     fn nothing() -> Self {
         Self {
             matrix: DAffine3::IDENTITY,
@@ -106,6 +113,7 @@ impl Inherited {
             skin: Binding::default(),
             object_colors: false,
             rendered: true,
+            hidden: false,
             primvars: Rc::default(),
             primvars_above: Rc::default(),
             object: None,
@@ -122,6 +130,7 @@ struct Key {
     primvars: usize,
     skin: String,
     rendered: bool,
+    hidden: bool,
     object_colors: bool,
     object: Option<Rc<str>>,
 }
@@ -218,24 +227,25 @@ impl<'a, 'd> Walk<'a, 'd> {
         if matches!(&*kind, "Material" | "Shader" | "NodeGraph" | "GeomSubset") {
             return Ok(());
         }
-        // What is not of a kind that can be seen can be neither hidden nor for a purpose.
-        if !kind.is_empty() && prim.word("visibility").as_deref() == Some("invisible") {
-            return Ok(());
-        }
         let inherited = self.below(&prim, &kind, above);
         match &*kind {
+            // Neither visibility nor a purpose says that nobody looks through a camera.
+            "Camera" => self.place(&prim, &kind, &inherited, items)?,
+            "PointInstancer" if inherited.hidden => return Ok(()),
             "PointInstancer" => {
                 return instances::of_instancer(self, &prim, &inherited, items);
             }
-            "Points" if inherited.rendered => {
+            "Points" if inherited.is_seen() => {
                 instances::of_points(self, &prim, &inherited, items)?;
             }
             "RenderSettings" | "RenderProduct" => self.settings.push(path.clone()),
-            _ if inherited.rendered => self.place(&prim, &kind, &inherited, items)?,
+            _ if inherited.is_seen() => self.place(&prim, &kind, &inherited, items)?,
             _ => {}
         }
-        self.tell_of_draw_mode(&prim);
-        self.tell_of_color_space(&prim);
+        if !inherited.hidden {
+            self.tell_of_draw_mode(&prim);
+            self.tell_of_color_space(&prim);
+        }
         let instance = self.source.told(path, prim.prim.is_instance());
         if instance == Some(true) {
             // What it is composed of besides its own words, which count for the instance alone.
@@ -275,6 +285,16 @@ impl<'a, 'd> Walk<'a, 'd> {
         };
         inherited.absolute |= local.resets;
         inherited.skin = above.skin.below(prim, kind, &inherited.matrix);
+        // What is not of a kind that can be seen can be neither hidden nor for a purpose.
+        let invisible = prim.word("visibility").as_deref() == Some("invisible");
+        inherited.hidden |= invisible && !kind.is_empty();
+        let named = prim.word("userProperties:blender:object_name");
+        if let Some(name) = named {
+            inherited.object = Some(name.into());
+        }
+        if inherited.hidden {
+            return inherited;
+        }
         inherited.bindings = binding::below(self.source, &above.bindings, prim);
         let purpose = prim.word("purpose").filter(|_| !kind.is_empty());
         match purpose.as_deref() {
@@ -290,10 +310,6 @@ impl<'a, 'd> Walk<'a, 'd> {
                 );
             }
             _ => {}
-        }
-        let named = prim.word("userProperties:blender:object_name");
-        if let Some(name) = named {
-            inherited.object = Some(name.into());
         }
         let mut constant: Vec<&String> = prim.names.iter().collect();
         constant.retain(|name| {
@@ -411,6 +427,7 @@ impl<'a, 'd> Walk<'a, 'd> {
             primvars: Rc::as_ptr(&inherited.primvars) as usize,
             skin: inherited.skin.key(),
             rendered: inherited.rendered,
+            hidden: inherited.hidden,
             object_colors: inherited.object_colors,
             object: inherited.object.clone(),
         };
