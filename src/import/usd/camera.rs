@@ -3,7 +3,7 @@
 use glam::DAffine3;
 
 use super::source::View;
-use crate::scene::{Aperture, Camera, Diagnostics, Projection, RenderDefaults, Verdict, Window};
+use crate::scene::{Aperture, Camera, Diagnostics, Projection, Verdict, Window};
 
 /// A camera at the origin, its lengths still in the stage's units.
 pub(super) fn load(prim: &View, name: &str, diagnostics: &mut Diagnostics) -> Camera {
@@ -132,15 +132,4 @@ pub(super) fn placed(camera: &Camera, world: DAffine3, unit: f64) -> Camera {
         }
     }
     camera
-}
-
-/// What a prim of settings says of the picture: its size, and the path of the camera.
-pub(super) fn settings(prim: &View, render: &mut RenderDefaults) -> Option<String> {
-    if let Some([width, height]) = prim.vector::<2>("resolution") {
-        let pixels = |v: f64| (1.0..=65536.0).contains(&v).then_some(v as u32);
-        render.width = pixels(width).or(render.width);
-        render.height = pixels(height).or(render.height);
-    }
-    let camera = prim.targets("camera").into_iter().next();
-    camera.map(|path| path.to_string())
 }

@@ -28,6 +28,7 @@ mod polygons;
 mod preview;
 mod primitives;
 mod repair;
+mod settings;
 mod skeleton;
 mod source;
 mod subdivide;
@@ -56,7 +57,7 @@ use super::{ImportError, ImportOptions, Imported};
 use crate::math::primaries::WorkingSpace;
 use crate::scene::{
     Camera, Diagnostics, Environment, ImageId, ImageUse, Instance, Links, MaterialId, MeshId,
-    ObjectInfo, RayKind, RenderDefaults, Scene, Verdict, Visibility,
+    ObjectInfo, RayKind, Scene, Verdict, Visibility,
 };
 
 /// Parsers and composition call themselves for what stands inside of what: for files that go deep on purpose.
@@ -210,12 +211,12 @@ fn load_here(source: &Source, options: &ImportOptions) -> Result<Imported, Impor
         scene.images.push(image);
     }
     scene.materials = list;
-    render_settings(
+    let found = settings::Found {
         source,
-        &settings,
-        (&chosen, &mut scene.cameras),
-        &mut scene.render,
-    );
+        prims: &settings,
+    };
+    let cameras = (chosen.as_slice(), &mut scene.cameras);
+    settings::apply(&found, cameras, &mut scene.render, &mut diagnostics);
     report_file(source, &mut diagnostics)?;
     scene.tell_of_catchers(&mut diagnostics);
     Ok(Imported {
@@ -411,31 +412,6 @@ impl Assembly<'_> {
             graph: None,
         });
         Ok(())
-    }
-}
-
-/// What the stage says of the picture. Its camera is the first.
-fn render_settings(
-    source: &Source,
-    prims: &[openusd::sdf::Path],
-    (paths, cameras): (&[String], &mut Vec<Camera>),
-    render: &mut RenderDefaults,
-) {
-    let named = source
-        .metadata("renderSettingsPrimPath")
-        .as_ref()
-        .and_then(value::word);
-    let mut prims: Vec<_> = prims.iter().collect();
-    // Products override settings, and the settings that the stage names come before others.
-    prims.sort_by_key(|path| Some(path.to_string()) != named);
-    let mut wanted = None;
-    for path in prims.iter().rev() {
-        let prim = source.view(path);
-        wanted = camera::settings(&prim, render).or(wanted);
-    }
-    let place = wanted.and_then(|wanted| paths.iter().position(|path| *path == wanted));
-    if let Some(place) = place {
-        cameras[..=place].rotate_right(1);
     }
 }
 

@@ -287,3 +287,54 @@ def Scope "S" {{
     let bound = &imported.scene.materials[0].name;
     assert_eq!(bound, "M");
 }
+
+/// Neither visibility nor purposes are of cameras.
+#[test]
+fn render_settings_name_their_camera_whatever_hides_it() {
+    let prims = |product: &str, camera: &str| {
+        format!(
+            r#"def Camera "First" {{
+}}
+def Xform "group" {{
+    token visibility = "invisible"
+    def Camera "Shot" {{
+        uniform token purpose = "guide"
+        float fStop = 2
+        float focusDistance = 3
+    }}
+    def Sphere "s" {{
+    }}
+}}
+def RenderSettings "rs" {{
+    uniform int2 resolution = (64, 32)
+    rel camera = <{camera}>
+    rel products = </product>
+}}
+def RenderProduct "product" {{
+{product}
+}}"#
+        )
+    };
+    let imported = stage(&prims("", "/group/Shot"));
+    let scene = &imported.scene;
+    assert_eq!(scene.instances.len(), 0);
+    assert_eq!(scene.cameras.len(), 2);
+    assert_eq!(scene.cameras[0].name, "Shot");
+    assert!(scene.cameras[0].aperture.is_some());
+    assert_eq!(scene.render.width, Some(64));
+    let overrides = "uniform int2 resolution = (40, 20)\nrel camera = </First>\nuniform bool disableDepthOfField = 1\nuniform float pixelAspectRatio = 2";
+    let imported = stage(&prims(overrides, "/group/Shot"));
+    let scene = &imported.scene;
+    assert_eq!(scene.cameras[0].name, "First");
+    assert!(scene.cameras.iter().all(|camera| camera.aperture.is_none()));
+    assert_eq!(
+        (scene.render.width, scene.render.height),
+        (Some(40), Some(20))
+    );
+    assert!(messages(&imported).contains("pixels that are not square"));
+    let told = messages(&stage(&prims("", "/nowhere")));
+    assert!(
+        told.contains("camera of the render settings that is not there"),
+        "{told}"
+    );
+}
