@@ -49,6 +49,9 @@ pub(super) struct Shaped {
     pub stands: Option<DAffine3>,
 }
 
+/// What is done to surfaces that have been divided.
+const AFTERWARDS: &str = ", then brought to the limit surface; texture coordinates linearly";
+
 /// More shapes without points than this are rounded with fewer corners.
 const FINE: usize = 200;
 
@@ -377,9 +380,11 @@ impl<'a> Shapes<'a> {
                 Verdict::Approximated,
                 "subdivision surfaces",
                 prim.path().to_string(),
-                format!(
-                    "divided {levels} times, then brought to the limit surface; texture coordinates linearly"
-                ),
+                match levels {
+                    0 => "not divided, as there are very many faces already".to_owned(),
+                    1 => format!("divided once{AFTERWARDS}"),
+                    _ => format!("divided {levels} times{AFTERWARDS}"),
+                },
             );
         }
         let mut meshes = Vec::new();
@@ -466,16 +471,30 @@ fn read(prim: &View, diagnostics: &mut Diagnostics) -> Option<Polygons> {
         }
     }
     polygons.left_handed = prim.word("orientation").as_deref() == Some("leftHanded");
-    let own = normals(prim, &polygons, diagnostics);
+    let mut own = normals(prim, &polygons, diagnostics);
     let scheme = prim.word("subdivisionScheme");
-    polygons.subdivides = own.is_none() && scheme.as_deref() == Some("catmullClark");
-    if scheme.as_deref() == Some("loop") && own.is_none() {
+    let is_loop = scheme.as_deref() == Some("loop");
+    polygons.subdivides = match scheme.as_deref() {
+        Some("catmullClark") => true,
+        Some("loop") => polygons.counts.iter().all(|count| *count == 3),
+        _ => false,
+    };
+    if polygons.subdivides && own.take().is_some() {
         diagnostics.report(
             "usd-subdivision",
-            Verdict::Approximated,
-            "subdivision by Loop's scheme",
+            Verdict::Exact,
+            "normals of subdivision surfaces",
             &path,
-            "the polygons are rendered, with smooth normals",
+            "not used, as USD has it: the surface has its own",
+        );
+    }
+    if is_loop && !polygons.subdivides {
+        diagnostics.report(
+            "usd-subdivision",
+            Verdict::Lost,
+            "subdivision by Loop's scheme of what is not of triangles alone",
+            &path,
+            "the polygons are rendered",
         );
     }
     // The scheme of files that say nothing is Catmull and Clark's, but programs that leave it out show polygons.

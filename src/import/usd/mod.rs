@@ -32,6 +32,7 @@ mod settings;
 mod skeleton;
 mod source;
 mod subdivide;
+mod subdivide_loop;
 mod text;
 mod textures;
 mod transform;

@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use super::polygons::{Corner, Interpolation, Layer, Polygons};
 use super::source::View;
+use super::subdivide_loop;
 
 /// A surface is divided until it has so many faces, but not more often than [`MOST_LEVELS`] times.
 const ENOUGH_FACES: usize = 50_000;
@@ -23,6 +24,8 @@ pub(super) struct Wishes {
     points: HashMap<u32, f64>,
     /// Points at the border with one face stay where they are.
     corners_stay: bool,
+    /// Triangles are divided by Loop's scheme.
+    triangles: bool,
 }
 
 impl Wishes {
@@ -31,6 +34,7 @@ impl Wishes {
             corners_stay: prim
                 .word("interpolateBoundary")
                 .is_none_or(|w| w == "edgeAndCorner"),
+            triangles: prim.word("subdivisionScheme").as_deref() == Some("loop"),
             ..Self::default()
         };
         let indices = prim.integers("creaseIndices").unwrap_or_default();
@@ -105,9 +109,17 @@ pub(super) fn apply(polygons: &mut Polygons, parts: &mut Vec<usize>, wishes: &Wi
     let levels = levels(polygons);
     let mut wishes = wishes.clone();
     for _ in 0..levels {
-        divide(polygons, parts, &mut wishes);
+        if wishes.triangles {
+            subdivide_loop::divide(polygons, parts, &mut wishes);
+        } else {
+            divide(polygons, parts, &mut wishes);
+        }
     }
-    to_limit(polygons, &wishes);
+    if wishes.triangles {
+        subdivide_loop::to_limit(polygons, &wishes);
+    } else {
+        to_limit(polygons, &wishes);
+    }
     polygons.smooth = true;
     polygons.subdivides = false;
     levels
@@ -115,27 +127,27 @@ pub(super) fn apply(polygons: &mut Polygons, parts: &mut Vec<usize>, wishes: &Wi
 
 /// An edge and the faces on both sides.
 #[derive(Clone, Debug, Default)]
-struct Edge {
-    faces: Vec<u32>,
-    sharpness: f64,
+pub(super) struct Edge {
+    pub faces: Vec<u32>,
+    pub sharpness: f64,
     /// The number of its new point.
-    number: u32,
+    pub number: u32,
 }
 
 /// Edges and faces about the points of a mesh.
-struct Topology {
+pub(super) struct Topology {
     edges: HashMap<(u32, u32), Edge>,
     /// Edges in the order in which they were met.
-    order: Vec<(u32, u32)>,
+    pub order: Vec<(u32, u32)>,
     /// Points at the other ends of edges.
-    neighbours: Vec<Vec<u32>>,
+    pub neighbours: Vec<Vec<u32>>,
     /// Faces about each point.
     faces: Vec<Vec<u32>>,
     /// Middle of each face.
     middles: Vec<DVec3>,
 }
 
-fn topology(polygons: &Polygons, points: &[DVec3], wishes: &Wishes) -> Topology {
+pub(super) fn topology(polygons: &Polygons, points: &[DVec3], wishes: &Wishes) -> Topology {
     let mut all = Topology {
         edges: HashMap::new(),
         order: Vec::new(),
@@ -174,7 +186,7 @@ fn topology(polygons: &Polygons, points: &[DVec3], wishes: &Wishes) -> Topology 
 }
 
 impl Topology {
-    fn edge(&self, a: u32, b: u32) -> Option<&Edge> {
+    pub(super) fn edge(&self, a: u32, b: u32) -> Option<&Edge> {
         self.edges.get(&key(a, b))
     }
 
@@ -209,12 +221,25 @@ impl Topology {
         if faces.is_empty() {
             return here;
         }
-        let (sharp, sharpness) = self.sharp(point);
         let n = self.neighbours[point as usize].len() as f64;
         let middles: DVec3 = faces.iter().map(|f| self.middles[*f as usize]).sum();
         let around = self.neighbours[point as usize].iter();
         let ends: DVec3 = around.map(|p| points[*p as usize]).sum();
         let smooth = (middles / faces.len() as f64 + ends / n + (n - 2.0) * here) / n;
+        self.ruled(point, smooth, points, wishes)
+    }
+
+    /// Where a point goes that would go to `smooth` if nothing about it were sharp.
+    pub(super) fn ruled(
+        &self,
+        point: u32,
+        smooth: DVec3,
+        points: &[DVec3],
+        wishes: &Wishes,
+    ) -> DVec3 {
+        let here = points[point as usize];
+        let faces = &self.faces[point as usize];
+        let (sharp, sharpness) = self.sharp(point);
         let own = wishes.points.get(&point).copied().unwrap_or(0.0);
         let border_corner = wishes.corners_stay && faces.len() == 1;
         let (rule, weight) = match sharp.as_slice() {
@@ -228,6 +253,28 @@ impl Topology {
             _ => (here, sharpness),
         };
         smooth.lerp(rule, weight.min(1.0))
+    }
+
+    /// Where endless steps bring a point that does not move or is on a crease; `None` for one that is smooth.
+    pub(super) fn limit_by_creases(
+        &self,
+        point: u32,
+        points: &[DVec3],
+        wishes: &Wishes,
+    ) -> Option<DVec3> {
+        let here = points[point as usize];
+        let faces = &self.faces[point as usize];
+        let (sharp, _) = self.sharp(point);
+        if faces.is_empty() || wishes.points.get(&point).is_some_and(|s| *s > 0.0) {
+            return Some(here);
+        }
+        match sharp.as_slice() {
+            [] => None,
+            [a, b] if !(wishes.corners_stay && faces.len() == 1) => {
+                Some((4.0 * here + points[*a as usize] + points[*b as usize]) / 6.0)
+            }
+            _ => Some(here),
+        }
     }
 }
 
@@ -293,6 +340,13 @@ fn divide(polygons: &mut Polygons, parts: &mut Vec<usize>, wishes: &mut Wishes) 
     for layer in next.primvars.values_mut() {
         *layer = divided(layer, &origin);
     }
+    softer(wishes, &all, old);
+    *polygons = next;
+    *parts = next_parts;
+}
+
+/// What is left of the creases after a step; new points begin at `old`.
+pub(super) fn softer(wishes: &mut Wishes, all: &Topology, old: u32) {
     let mut softer = HashMap::new();
     for (key_of, edge) in &all.edges {
         let left = edge.sharpness - 1.0;
@@ -304,15 +358,13 @@ fn divide(polygons: &mut Polygons, parts: &mut Vec<usize>, wishes: &mut Wishes) 
     }
     wishes.edges = softer;
     wishes.softer();
-    *polygons = next;
-    *parts = next_parts;
 }
 
 /// Corners of the old face whose mean a new corner is.
-struct Blend(Vec<Corner>);
+pub(super) struct Blend(pub Vec<Corner>);
 
 /// A layer on the new corners.
-fn divided(layer: &Layer, origin: &[Blend]) -> Layer {
+pub(super) fn divided(layer: &Layer, origin: &[Blend]) -> Layer {
     if layer.interpolation == Interpolation::Constant {
         return layer.clone();
     }
@@ -349,30 +401,21 @@ fn to_limit(polygons: &mut Polygons, wishes: &Wishes) {
         let here = points[point as usize];
         let faces = &all.faces[point as usize];
         let around = &all.neighbours[point as usize];
-        let (sharp, _) = all.sharp(point);
-        if faces.is_empty() || wishes.points.get(&point).is_some_and(|s| *s > 0.0) {
-            return here;
+        if let Some(place) = all.limit_by_creases(point, &points, wishes) {
+            return place;
         }
-        match sharp.as_slice() {
-            [] => {
-                let n = around.len() as f64;
-                let ends: DVec3 = around.iter().map(|p| points[*p as usize]).sum();
-                let far: DVec3 = faces
-                    .iter()
-                    .filter_map(|face| {
-                        let start = starts[*face as usize];
-                        let ring = &polygons.corners[start..start + 4];
-                        let at = ring.iter().position(|p| *p == point)?;
-                        Some(points[ring[(at + 2) % 4] as usize])
-                    })
-                    .sum();
-                (n * n * here + 4.0 * ends + far) / (n * (n + 5.0))
-            }
-            [a, b] if !(wishes.corners_stay && faces.len() == 1) => {
-                (4.0 * here + points[*a as usize] + points[*b as usize]) / 6.0
-            }
-            _ => here,
-        }
+        let n = around.len() as f64;
+        let ends: DVec3 = around.iter().map(|p| points[*p as usize]).sum();
+        let far: DVec3 = faces
+            .iter()
+            .filter_map(|face| {
+                let start = starts[*face as usize];
+                let ring = &polygons.corners[start..start + 4];
+                let at = ring.iter().position(|p| *p == point)?;
+                Some(points[ring[(at + 2) % 4] as usize])
+            })
+            .sum();
+        (n * n * here + 4.0 * ends + far) / (n * (n + 5.0))
     };
     let moved: Vec<[f32; 3]> = (0..points.len() as u32)
         .map(|point| limit(point).as_vec3().to_array())
@@ -380,7 +423,7 @@ fn to_limit(polygons: &mut Polygons, wishes: &Wishes) {
     polygons.points = moved;
 }
 
-fn doubles(points: &[[f32; 3]]) -> Vec<DVec3> {
+pub(super) fn doubles(points: &[[f32; 3]]) -> Vec<DVec3> {
     points
         .iter()
         .map(|p| DVec3::from(p.map(f64::from)))

@@ -95,3 +95,67 @@ fn borders_and_loose_points_do_no_harm() {
     apply(&mut odd, &mut parts, &Wishes::default());
     assert!(odd.points.iter().flatten().all(|v| v.is_finite()));
 }
+
+fn octahedron() -> Polygons {
+    let mut polygons = Polygons::new(
+        [
+            [1, 0, 0],
+            [-1, 0, 0],
+            [0, 1, 0],
+            [0, -1, 0],
+            [0, 0, 1],
+            [0, 0, -1],
+        ]
+        .map(|p: [i32; 3]| p.map(|v| v as f32))
+        .to_vec(),
+    );
+    for face in [
+        [0, 2, 4],
+        [2, 1, 4],
+        [1, 3, 4],
+        [3, 0, 4],
+        [2, 0, 5],
+        [1, 2, 5],
+        [3, 1, 5],
+        [0, 3, 5],
+    ] {
+        polygons.face(&face);
+    }
+    polygons
+}
+
+/// The limit of a point is the same whatever steps led there: by the mask on the cage, n = 4, β = 31/256 and a weight of
+/// 1 / (4 + 3/(8β)), with neighbours whose sum is 0.
+#[test]
+fn triangles_come_to_the_limit_of_loops_scheme() {
+    let mut polygons = octahedron();
+    let mut parts = vec![0; 8];
+    let wishes = Wishes {
+        triangles: true,
+        ..Wishes::default()
+    };
+    let levels = apply(&mut polygons, &mut parts, &wishes);
+    assert_eq!(levels, MOST_LEVELS);
+    assert_eq!(polygons.counts.len(), 8 * 4usize.pow(levels));
+    assert_eq!(parts.len(), polygons.counts.len());
+    let beta = 31.0 / 256.0;
+    let expected = 1.0 - 4.0 / (4.0 + 0.375 / beta);
+    let corner = polygons.points[0];
+    assert!((f64::from(corner[0]) - expected).abs() < 1e-6, "{corner:?}");
+    assert!(corner[1].abs() < 1e-6 && corner[2].abs() < 1e-6);
+}
+
+/// A flat border is a cubic spline; with corners that stay, a triangle keeps its own.
+#[test]
+fn borders_of_triangles_are_those_of_catmull_and_clark() {
+    let mut polygons = Polygons::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    polygons.face(&[0, 1, 2]);
+    let wishes = Wishes {
+        triangles: true,
+        corners_stay: true,
+        ..Wishes::default()
+    };
+    apply(&mut polygons, &mut vec![0], &wishes);
+    assert_eq!(polygons.points[1], [1.0, 0.0, 0.0]);
+    assert!(polygons.points.iter().all(|p| p[2] == 0.0));
+}
