@@ -7,6 +7,7 @@ use openusd::usd;
 
 use super::collections;
 use super::source::{Source, View};
+use crate::scene::{Diagnostics, Verdict};
 
 /// Purposes of bindings, the one that counts first. A preview is better than nothing.
 const PURPOSES: [&str; 3] = ["full", "", "preview"];
@@ -74,6 +75,26 @@ pub(super) fn below(source: &Source, above: &Bindings, prim: &View) -> Bindings 
         }
     }
     Some(Rc::new(level))
+}
+
+/// Names the collections of a prim's bindings that have members by expressions.
+pub(super) fn report(source: &Source, prim: &View, diagnostics: &mut Diagnostics) {
+    let bound = prim.names.iter();
+    for name in bound.filter(|name| name.starts_with("material:binding:collection")) {
+        let targets = prim.targets(name);
+        if targets
+            .iter()
+            .any(|path| collections::has_expression(source, path))
+        {
+            diagnostics.report(
+                "usd-binding",
+                Verdict::Lost,
+                "materials bound to collections by expressions",
+                prim.path().to_string(),
+                "the lists of their collections count alone",
+            );
+        }
+    }
 }
 
 /// The materials that a prim may show, the one that counts first: where it has no known surface, the next one is better than none.

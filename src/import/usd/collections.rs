@@ -12,10 +12,24 @@ const NAMESPACE: &str = "collection:";
 
 /// The collection at a path `prim.collection:name`. Names may have colons in them, which the library's own does not take.
 pub(super) fn of_path(path: &Path) -> Option<Collection> {
+    let (prim, name) = parts(path)?;
+    Some(Collection::new(prim, name))
+}
+
+fn parts(path: &Path) -> Option<(Path, String)> {
     let (prim, property) = path.split_property()?;
     let name = property.strip_prefix(NAMESPACE)?;
     let is_name = !name.is_empty() && name.split(':').all(Path::is_valid_identifier);
-    is_name.then(|| Collection::new(prim, name))
+    is_name.then(|| (prim, name.to_owned()))
+}
+
+/// Whether a collection has members by an expression, which is not read.
+pub(super) fn has_expression(source: &Source, path: &Path) -> bool {
+    let expression = parts(path).and_then(|(prim, name)| {
+        let prim = source.view(&prim);
+        prim.word(&format!("{NAMESPACE}{name}:membershipExpression"))
+    });
+    expression.is_some_and(|expression| !expression.is_empty())
 }
 
 /// The prims of a collection, by its lists (the specification's "relationship mode").

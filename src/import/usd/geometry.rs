@@ -17,6 +17,7 @@ use super::walk::Inherited;
 use super::{curves, primitives, subdivide, triangles, value};
 use crate::import::ImportError;
 use crate::import::budget::Budget;
+use crate::math::words::counted;
 use crate::scene::{Diagnostics, MaterialId, Mesh, MeshId, Verdict};
 
 /// What is known of prims with a surface.
@@ -351,7 +352,7 @@ impl<'a> Shapes<'a> {
             };
             let mut found = find(&name);
             // Blender calls the first coordinates "st" on the mesh, and by their own name in materials.
-            if found.is_none() && self.materials.is_uv(materials, &name) {
+            if found.is_none() && self.materials.is_open_uv(materials, &name) {
                 found = find(DEFAULT_UV);
             }
             if let Some(layer) = found {
@@ -427,8 +428,11 @@ fn read(prim: &View, diagnostics: &mut Diagnostics) -> Option<Polygons> {
     let mut dropped = 0;
     let mut rest = corners.as_slice();
     let mut holes: Vec<usize> = Vec::new();
+    let mut cut = 0;
     for (face, count) in counts.iter().enumerate() {
-        let count = usize::try_from(*count).unwrap_or(0).min(rest.len());
+        let wanted = usize::try_from(*count).unwrap_or(0);
+        let count = wanted.min(rest.len());
+        cut += usize::from(wanted > count);
         let (own, others) = rest.split_at(count);
         rest = others;
         let own: Option<Vec<u32>> = own
@@ -457,9 +461,21 @@ fn read(prim: &View, diagnostics: &mut Diagnostics) -> Option<Polygons> {
         diagnostics.report(
             "usd-corners",
             Verdict::Lost,
-            format!("{dropped} faces with corners that do not exist"),
+            format!(
+                "{} that do not exist",
+                counted(dropped, "face with corners", "faces with corners")
+            ),
             &path,
             "left out",
+        );
+    }
+    if cut > 0 || !rest.is_empty() {
+        diagnostics.report(
+            "usd-corners",
+            Verdict::Lost,
+            "counts of corners (faceVertexCounts) that do not fit the list of these",
+            &path,
+            "faces without all of their corners have those that are there; corners without a face are left out",
         );
     }
     let listed = prim.integers("holeIndices").unwrap_or_default();

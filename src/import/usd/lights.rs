@@ -373,6 +373,17 @@ fn report_rest(prim: &View, diagnostics: &mut Diagnostics) {
             );
         }
     }
+    let tint = prim.value_of(&["inputs:shaping:focusTint", "shaping:focusTint"]);
+    let tint = tint.as_ref().and_then(super::value::vector::<3>);
+    if shaping(prim).focus > 0.0 && tint.is_some_and(|tint| tint != [0.0; 3]) {
+        diagnostics.report(
+            "light-shaping",
+            Verdict::Lost,
+            "tints of light beside its focus (focusTint)",
+            prim.path().to_string(),
+            "the light has its own colour everywhere",
+        );
+    }
     if !prim.targets("light:filters").is_empty() {
         diagnostics.report(
             "light-filter",

@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 use openusd::sdf::Path;
 
 use super::network::Network;
-use super::source::Source;
+use super::source::{Source, View};
 use super::textures::Images;
 use super::{materialx, preview};
 use crate::import::ImportOptions;
@@ -14,11 +14,24 @@ use crate::scene::graph::node::{emission, principled};
 use crate::scene::graph::{Graph, Input, Node, NodeKind};
 use crate::scene::{Diagnostics, Material, MaterialLabel, Verdict};
 
+/// An image with tiles: the set of coordinates that it lies by, and the tiles that it has.
+#[derive(Clone, Debug)]
+pub(super) struct Tiles {
+    pub set: u32,
+    pub numbers: Vec<u32>,
+    /// How the file calls it.
+    pub called: String,
+}
+
 /// What a material wants of the meshes that have it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Needs {
     /// Texture coordinates, by their primvars' names.
     pub uvs: Vec<String>,
+    /// What stands for those that a mesh does not have, where the material says so.
+    pub uv_fallbacks: HashMap<String, [f32; 2]>,
+    /// Images with tiles that lie by coordinates as they are.
+    pub tiles: Vec<Tiles>,
     /// Other primvars.
     pub attributes: Vec<String>,
     /// What stands for those that a mesh does not have.
@@ -169,10 +182,12 @@ impl<'a> Materials<'a> {
         names
     }
 
-    /// Whether a primvar is asked for as texture coordinates.
-    pub(super) fn is_uv(&self, materials: &[usize], name: &str) -> bool {
+    /// Whether a primvar is asked for as texture coordinates, and nothing stands for it.
+    pub(super) fn is_open_uv(&self, materials: &[usize], name: &str) -> bool {
         let mut needs = materials.iter().map(|m| &self.needs[*m]);
-        needs.any(|needs| needs.uvs.iter().any(|uv| uv == name))
+        needs.any(|needs| {
+            needs.uvs.iter().any(|uv| uv == name) && !needs.uv_fallbacks.contains_key(name)
+        })
     }
 
     /// What is shown where no material is bound: the display colour, or grey.
@@ -287,15 +302,13 @@ impl<'a> Materials<'a> {
                     "only the surface is rendered",
                 );
             }
-            for output in ["outputs:mtlx:displacement", "outputs:displacement"] {
-                if prim.has(output) && network_connected(self.source, &prim, output) {
-                    lose(
-                        diagnostics,
-                        "displacement of materials",
-                        &name,
-                        "the surface stays where it is",
-                    );
-                }
+            if displaces(self.source, &prim, &shader) {
+                lose(
+                    diagnostics,
+                    "displacement of materials",
+                    &name,
+                    "the surface stays where it is",
+                );
             }
             let material = Material {
                 name,
@@ -319,7 +332,34 @@ impl<'a> Materials<'a> {
     }
 }
 
-fn network_connected(source: &Source, prim: &super::source::View, name: &str) -> bool {
+/// Whether a material moves its surface: by the surface's own shader, or by one for that alone.
+fn displaces(source: &Source, material: &View, surface: &View) -> bool {
+    let mut shaders = vec![surface.path().clone()];
+    for output in ["outputs:mtlx:displacement", "outputs:displacement"] {
+        let connections = material.prim.attribute(output).connections();
+        let connections = source
+            .told(material.path(), connections)
+            .filter(|_| material.has(output));
+        let ends = connections.into_iter().flatten();
+        shaders.extend(ends.filter_map(|end| Some(end.split_property()?.0)));
+    }
+    shaders.iter().any(|shader| {
+        let shader = source.view(shader);
+        let name = "inputs:displacement";
+        if !shader.has(name) {
+            // What is no shader leads to one.
+            return shader.kind() != "Shader";
+        }
+        network_connected(source, &shader, name)
+            || shader
+                .value(name)
+                .as_ref()
+                .and_then(super::value::floats)
+                .is_some_and(|(_, numbers)| numbers.iter().any(|v| *v != 0.0))
+    })
+}
+
+fn network_connected(source: &Source, prim: &View, name: &str) -> bool {
     let connections = prim.prim.attribute(name).connections();
     source
         .told(prim.path(), connections)

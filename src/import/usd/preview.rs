@@ -1,6 +1,6 @@
 //! UsdPreviewSurface and its nodes, as Blender's Principled BSDF and image textures.
 
-use super::materials::lose;
+use super::materials::Tiles;
 use super::network::{Found, Network, Term};
 use super::source::View;
 use super::value;
@@ -71,18 +71,6 @@ pub(super) fn surface(network: &mut Network, shader: &View) -> Link {
     }
     if let Some(normal) = normal(network, shader, "normal") {
         node = node.with(principled::NORMAL, normal);
-    }
-    let displaced = network.input(shader, "displacement");
-    if displaced.is_some_and(|d| !d.is(0.0)) {
-        let name = network.material.clone();
-        if let Some(diagnostics) = &mut network.diagnostics {
-            lose(
-                diagnostics,
-                "displacement of UsdPreviewSurface",
-                &name,
-                "the surface stays where it is",
-            );
-        }
     }
     let threshold = network.plain(shader, "opacityThreshold").unwrap_or(0.0);
     let shader = network.graph.add(node);
@@ -214,6 +202,11 @@ fn primvar(network: &mut Network, shader: &View, kind: &str) -> Option<Term> {
         });
     }
     if kind == "float2" {
+        if components == 2 {
+            let fallback = [fallback[0], fallback[1]];
+            let known = network.needs.uv_fallbacks.entry(name.clone());
+            known.or_insert(fallback);
+        }
         let set = network.uv_set(&name);
         return Some(Term::link(network.place(PlaceInput::Uv(set)), 2));
     }
@@ -373,6 +366,16 @@ pub(super) fn image(
     let kind = if place.contains("<UDIM>") {
         let tiles = images.tiles(source, file, &owner, diagnostics);
         let (_, first) = *tiles.first()?;
+        if let Input::Link(at) = coordinates
+            && let NodeKind::Function(Function::Place(PlaceInput::Uv(set))) =
+                network.graph.node(at).kind
+        {
+            network.needs.tiles.push(Tiles {
+                set,
+                numbers: tiles.iter().map(|(number, _)| *number).collect(),
+                called: file.1.to_owned(),
+            });
+        }
         NodeKind::TiledImage {
             numbers: tiles.iter().map(|(number, _)| *number).collect(),
             textures: tiles.iter().map(|(_, image)| texture(*image)).collect(),

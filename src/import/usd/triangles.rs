@@ -1,6 +1,6 @@
 //! Polygons become triangles, and their values those of vertices.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use earcut::Earcut;
 use glam::{DVec3, Vec3};
@@ -70,7 +70,6 @@ impl Triangles {
             .iter()
             .map(|c| polygons.points[c.point as usize])
             .collect();
-        let none = || vec![[0.0, 0.0]; vertices.len()];
         let has_uvs: Vec<bool> = uvs.iter().map(Option::is_some).collect();
         let mut mesh = Mesh {
             name: name.into(),
@@ -78,13 +77,18 @@ impl Triangles {
             normals,
             uvs: uvs
                 .iter()
-                .map(|layer| match layer {
+                .zip(&needs.uvs)
+                .map(|(layer, name)| match layer {
                     // USD's v grows upwards.
                     Some(layer) => of(layer, [0.0; 4])
                         .iter()
                         .map(|[u, v, ..]| [*u, 1.0 - v])
                         .collect(),
-                    None => none(),
+                    None => {
+                        let fallback = needs.uv_fallbacks.get(name);
+                        let [u, v] = fallback.copied().unwrap_or_default();
+                        vec![[u, 1.0 - v]; vertices.len()]
+                    }
                 })
                 .collect(),
             colors: colored(&vertices, colors, opacity),
@@ -122,6 +126,7 @@ impl Triangles {
             }
         }
         tell_of_coordinates(&has_uvs, needs, name, diagnostics);
+        tell_of_tiles(&mesh, needs, diagnostics);
         Some(mesh)
     }
 
@@ -162,7 +167,50 @@ fn tell_of_coordinates(has_uvs: &[bool], needs: &Needs, name: &str, diagnostics:
                     needs.uvs[set]
                 ),
                 name,
-                "its texel at (0, 0) is shown everywhere",
+                match needs.uv_fallbacks.get(&needs.uvs[set]) {
+                    Some([u, v]) => format!("its texel at ({u}, {v}) is shown everywhere"),
+                    None => "its texel at (0, 0) is shown everywhere".to_owned(),
+                },
+            );
+        }
+    }
+}
+
+/// Names tiles of images that triangles lie on and that are not there.
+fn tell_of_tiles(mesh: &Mesh, needs: &Needs, diagnostics: &mut Diagnostics) {
+    for tiles in &needs.tiles {
+        let Some(uvs) = mesh.uvs.get(tiles.set as usize) else {
+            continue;
+        };
+        let mut missing = BTreeSet::new();
+        for triangle in &mesh.triangles {
+            let corners = triangle.map(|at| glam::Vec2::from(uvs[at as usize]));
+            let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+            // Corners on the edge of a tile belong to that which the triangle is on.
+            let inside = corners.map(|corner| corner.lerp(middle, 1e-3));
+            for at in inside.into_iter().chain([middle]) {
+                let (u, v) = (at.x.floor(), (1.0 - at.y).floor());
+                let numbered = (0.0..10.0).contains(&u) && (0.0..1000.0).contains(&v);
+                let number = 1001 + u as u32 + 10 * v as u32;
+                if !numbered || !tiles.numbers.contains(&number) {
+                    missing.insert(if numbered { number } else { 0 });
+                }
+            }
+        }
+        for number in missing {
+            let which = match number {
+                0 => "tiles beyond those that have a number".to_owned(),
+                number => format!("tile {number}"),
+            };
+            diagnostics.report(
+                "image-lost",
+                Verdict::Lost,
+                format!(
+                    "{which} of the image \"{}\" that is not there",
+                    tiles.called
+                ),
+                mesh.name.as_str(),
+                "magenta is shown there, as in Blender",
             );
         }
     }

@@ -186,6 +186,24 @@ pub(super) fn floats(value: &Value) -> Option<(usize, Vec<f32>)> {
     })
 }
 
+/// The values of a list that some indices name; `None` where they name others, or where it is no list of numbers.
+pub(super) fn picked(value: &Value, indices: &[i64]) -> Option<Value> {
+    let (components, numbers) = floats(value)?;
+    let mut all = Vec::with_capacity(indices.len() * components);
+    for index in indices {
+        let start = usize::try_from(*index).ok()?.checked_mul(components)?;
+        all.extend(numbers.get(start..start.checked_add(components)?)?);
+    }
+    let cast = bytemuck::cast_slice::<f32, f32>(&all);
+    Some(match components {
+        1 => Value::FloatVec(cast.to_vec()),
+        2 => Value::Vec2fVec(bytemuck::cast_slice(cast).to_vec()),
+        3 => Value::Vec3fVec(bytemuck::cast_slice(cast).to_vec()),
+        4 => Value::Vec4fVec(bytemuck::cast_slice(cast).to_vec()),
+        _ => return None,
+    })
+}
+
 /// Three numbers each.
 pub(super) fn points(value: &Value) -> Option<Vec<[f32; 3]>> {
     let (components, numbers) = floats(value)?;

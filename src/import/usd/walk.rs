@@ -12,7 +12,7 @@ use super::instances;
 use super::lights::{self, Lamp};
 use super::skeleton::Binding;
 use super::source::{Source, View};
-use super::{camera, transform};
+use super::{camera, transform, value};
 use crate::import::ImportError;
 use crate::scene::{Camera, Diagnostics, Verdict};
 
@@ -296,6 +296,7 @@ impl<'a, 'd> Walk<'a, 'd> {
             return inherited;
         }
         inherited.bindings = binding::below(self.source, &above.bindings, prim);
+        binding::report(self.source, prim, self.diagnostics);
         let purpose = prim.word("purpose").filter(|_| !kind.is_empty());
         match purpose.as_deref() {
             Some("default" | "render") => inherited.rendered = true,
@@ -324,6 +325,10 @@ impl<'a, 'd> Walk<'a, 'd> {
             let mut primvars = BTreeMap::clone(&inherited.primvars);
             for name in constant {
                 if let Some(value) = prim.value(name) {
+                    let listed = prim.integers(&format!("{name}:indices"));
+                    let value = listed
+                        .and_then(|listed| value::picked(&value, &listed))
+                        .unwrap_or(value);
                     primvars.insert(name["primvars:".len()..].to_owned(), value);
                 }
             }

@@ -338,3 +338,98 @@ def RenderProduct "product" {{
         "{told}"
     );
 }
+
+/// A square with a material, whose surface has these inputs, beside other prims.
+fn painted(primvars: &str, inputs: &str, others: &str) -> Imported {
+    stage(&format!(
+        r#"def Mesh "m" {{
+    rel material:binding = </M>
+{primvars}
+{SQUARE}}}
+def Material "M" {{
+    token outputs:surface.connect = </M/p.outputs:surface>
+    token outputs:displacement.connect = </M/p.outputs:displacement>
+    def Shader "p" {{
+        uniform token info:id = "UsdPreviewSurface"
+{inputs}
+    }}
+{others}
+}}"#
+    ))
+}
+
+#[test]
+fn displacement_is_lost_once_and_only_where_there_is_some() {
+    for (inputs, count) in [
+        ("", 0),
+        ("float inputs:displacement = 0", 0),
+        ("float inputs:displacement = 0.2", 1),
+    ] {
+        let told = messages(&painted("", inputs, ""));
+        assert_eq!(told.matches("displacement").count(), count, "{told}");
+    }
+}
+
+/// The reader's own value stands for coordinates that a mesh does not have, other ones do not.
+#[test]
+fn readers_of_coordinates_have_fallbacks() {
+    let imported = painted(
+        "texCoord2f[] primvars:st = [(0, 0), (1, 0), (1, 1), (0, 1)] (interpolation = \"vertex\")",
+        "color3f inputs:diffuseColor.connect = </M/t.outputs:rgb>",
+        r#"    def Shader "t" {
+        uniform token info:id = "UsdUVTexture"
+        asset inputs:file = @none.png@
+        float2 inputs:st.connect = </M/r.outputs:result>
+    }
+    def Shader "r" {
+        uniform token info:id = "UsdPrimvarReader_float2"
+        string inputs:varname = "elsewhere"
+        float2 inputs:fallback = (0.25, 0.75)
+    }"#,
+    );
+    let uvs = &imported.scene.meshes[0].uvs;
+    assert!(
+        uvs.iter().flatten().all(|uv| *uv == [0.25, 0.25]),
+        "{uvs:?}"
+    );
+}
+
+#[test]
+fn constant_values_from_above_keep_their_indices() {
+    let imported = stage(&format!(
+        r#"def Xform "x" {{
+    color3f[] primvars:displayColor = [(1, 0, 0), (0, 1, 0)]
+    int[] primvars:displayColor:indices = [1]
+    def Mesh "m" {{
+{SQUARE}    }}
+}}"#
+    ));
+    let colors = imported.scene.meshes[0].colors.as_ref().unwrap();
+    assert_eq!(colors[0], [0.0, 1.0, 0.0, 1.0]);
+}
+
+#[test]
+fn what_is_not_read_is_named() {
+    let told = messages(&stage(
+        r#"def Mesh "m" {
+    int[] faceVertexCounts = [4, 3]
+    int[] faceVertexIndices = [0, 1, 2, 3, 9]
+    point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+    uniform token subdivisionScheme = "none"
+    rel material:binding:collection:some = [</m.collection:some>, </M>]
+    uniform string collection:some:membershipExpression = "//"
+}
+def SphereLight "l" {
+    float inputs:shaping:focus = 5
+    color3f inputs:shaping:focusTint = (1, 0, 0)
+}"#,
+    ));
+    for what in [
+        "1 face with corners that do not exist",
+        "faceVertexCounts",
+        "collections by expressions",
+        "focusTint",
+    ] {
+        assert!(told.contains(what), "{what}: {told}");
+    }
+}
