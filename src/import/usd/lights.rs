@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
+use super::domes::Layout;
 use super::linking::Linked;
 use super::source::{Source, View};
 use super::{blackbody, ies};
@@ -103,6 +104,7 @@ pub(super) struct Dome {
     pub image: Option<(String, String)>,
     /// The pole of the image is the stage's or Z, and not the light's own Y.
     pub pole: Pole,
+    pub layout: Layout,
 }
 
 /// The pole of a dome's image, in the light's own space.
@@ -262,13 +264,19 @@ pub(super) fn load(
 fn dome(prim: &View, kind: &str, diagnostics: &mut Diagnostics) -> Dome {
     let format = prim.value_of(&["inputs:texture:format", "texture:format"]);
     let format = format.as_ref().and_then(super::value::word);
-    if let Some(format) = format.filter(|f| !matches!(&**f, "automatic" | "latlong")) {
+    let layout = format.as_deref().map(|format| (format, Layout::of(format)));
+    if let Some((format, layout)) = layout.filter(|(_, l)| *l != Some(Layout::LatLong)) {
         diagnostics.report(
             "dome-format",
             Verdict::Approximated,
             format!("dome lights with an image of the format \"{format}\""),
             prim.path().to_string(),
-            "read as one of latitudes and longitudes",
+            match layout {
+                Some(_) => {
+                    "drawn anew as one of latitudes and longitudes, with as many texels around"
+                }
+                None => "read as one of latitudes and longitudes",
+            },
         );
     }
     let pole = match prim.word("poleAxis").as_deref() {
@@ -282,6 +290,7 @@ fn dome(prim: &View, kind: &str, diagnostics: &mut Diagnostics) -> Dome {
     Dome {
         image: image.or_else(|| prim.asset("texture:file")),
         pole,
+        layout: layout.and_then(|(_, layout)| layout).unwrap_or_default(),
     }
 }
 

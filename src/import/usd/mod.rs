@@ -10,6 +10,7 @@ mod collections;
 mod crate_file;
 mod crate_values;
 mod curves;
+mod domes;
 mod files;
 mod geometry;
 mod ies;
@@ -47,6 +48,7 @@ use std::path::Path;
 
 use glam::{DAffine3, DMat3};
 
+use self::domes::Layout;
 use self::geometry::Shapes;
 use self::linking::{Linked, Shines};
 use self::materials::Materials;
@@ -175,7 +177,7 @@ fn load_here(source: &Source, options: &ImportOptions) -> Result<Imported, Impor
         frame,
         source,
         options,
-        domes: 0,
+        domes: Vec::new(),
         chosen: Vec::new(),
         linked: Vec::new(),
         paths: Vec::new(),
@@ -194,11 +196,22 @@ fn load_here(source: &Source, options: &ImportOptions) -> Result<Imported, Impor
         chosen,
         linked,
         paths,
+        domes,
         ..
     } = assembly;
     let mut list = materials.list;
-    let environment = scene.environment.as_ref().and_then(|e| e.image);
-    let of_world = environment.is_some().then(|| scene.images.remove(0));
+    let mut of_world = None;
+    scene.environment = domes::sum(domes).map(|dome| {
+        of_world = dome.image;
+        Environment {
+            image: None,
+            radiance: dome.radiance.map(|v| v as f32),
+            rotation: dome.turn,
+            visibility: Visibility::ALL,
+            links: Links::default(),
+            graph: None,
+        }
+    });
     linking::link(&mut scene, &linked, &paths, &mut diagnostics);
     let of_lights = scene
         .lights
@@ -253,7 +266,7 @@ struct Assembly<'a> {
     frame: Frame,
     source: &'a Source,
     options: &'a ImportOptions,
-    domes: usize,
+    domes: Vec<domes::Placed>,
     /// Paths of the scene's cameras.
     chosen: Vec<String>,
     /// Lamps that are not for all objects.
@@ -302,11 +315,11 @@ impl Assembly<'_> {
                         Shines::Instance(self.scene.instances.len() - 1)
                     }
                     Placed::Dome { radiance, turn } => {
-                        self.dome(lamp, radiance, turn, diagnostics)?;
+                        self.dome(lamp, radiance, turn, diagnostics);
                         Shines::Environment
                     }
                 };
-                let counts = !matches!(shines, Shines::Environment) || self.domes == 1;
+                let counts = !matches!(shines, Shines::Environment) || self.domes.len() == 1;
                 if counts && !lamp.linked.is_all() {
                     self.linked.push((shines, lamp.linked.clone()));
                 }
@@ -354,26 +367,14 @@ impl Assembly<'_> {
         radiance: [f64; 3],
         turn: DMat3,
         diagnostics: &mut Diagnostics,
-    ) -> Result<(), ImportError> {
-        if self.options.without_world {
-            return Ok(());
-        }
-        self.domes += 1;
-        if self.domes > 1 {
-            diagnostics.report(
-                "usd-domes",
-                Verdict::Lost,
-                "second and further dome lights",
-                &*lamp.path,
-                "left out: the first one lights the scene",
-            );
-            return Ok(());
-        }
+    ) {
         let lights::Shape::Dome(dome) = &lamp.shape else {
-            return Ok(());
+            return;
         };
-        let mut image = None;
-        if let Some((place, called)) = &dome.image {
+        if self.options.without_world {
+            return;
+        }
+        let found = dome.image.as_ref().map(|(place, called)| {
             let told = match self.source.files.read(place) {
                 Ok(bytes) => {
                     let taking = super::Taking {
@@ -387,32 +388,38 @@ impl Assembly<'_> {
                 }
                 Err(reason) => Err(format!("image \"{called}\" that cannot be read ({reason})")),
             };
-            match told {
-                Ok(found) => {
-                    self.scene.images.push(found);
-                    image = Some(ImageId(0));
-                }
-                Err(what) => {
-                    diagnostics.report(
-                        "image-lost",
-                        Verdict::Lost,
-                        what,
-                        &*lamp.path,
-                        "the dome light is left out",
-                    );
-                    return Ok(());
-                }
-            }
-        }
-        self.scene.environment = Some(Environment {
-            image,
-            radiance: radiance.map(|v| v as f32),
-            rotation: turn,
-            visibility: Visibility::ALL,
-            links: Links::default(),
-            graph: None,
+            told.map(|image| match dome.layout {
+                Layout::LatLong => image,
+                layout => domes::upright(&image, layout).unwrap_or(image),
+            })
         });
-        Ok(())
+        let image = match found.transpose() {
+            Ok(image) => image,
+            Err(what) => {
+                diagnostics.report(
+                    "image-lost",
+                    Verdict::Lost,
+                    what,
+                    &*lamp.path,
+                    "the dome light is left out",
+                );
+                return;
+            }
+        };
+        if !self.domes.is_empty() {
+            diagnostics.report(
+                "usd-domes",
+                Verdict::Approximated,
+                "second and further dome lights",
+                &*lamp.path,
+                "added to the image of the first, whose links to objects count for all",
+            );
+        }
+        self.domes.push(domes::Placed {
+            image,
+            radiance,
+            turn,
+        });
     }
 }
 
