@@ -19,6 +19,10 @@ use crate::nodes::CyclesVersion;
 use crate::scene::Grid;
 use crate::scene::graph::ShaderRules;
 
+/// What is said of files of other formats.
+const READ: &str =
+    "glTF (.gltf, .glb) and USD (.usd, .usda, .usdc, .usdz) are read, export it as one of these";
+
 /// A parsed file: its JSON in three readings, and its buffers.
 pub(super) struct Document {
     /// The file's name for messages.
@@ -75,7 +79,11 @@ impl Document {
             return Err(not_gltf("it is empty".into()));
         }
         let mut value: Value = serde_json::from_slice(text).map_err(|e| {
-            let plain = || format!("it is neither GLB nor JSON ({e})");
+            let begun = text.trim_ascii_start().starts_with(b"{");
+            let plain = || match begun {
+                true => format!("it is neither GLB nor JSON ({e})"),
+                false => format!("it is neither GLB nor JSON, and no USD: {READ}"),
+            };
             not_gltf(words::mistaken(&bytes).map_or_else(plain, str::to_owned))
         })?;
         tidy(&mut value);

@@ -94,6 +94,8 @@ pub(super) fn mistaken(bytes: &[u8]) -> Option<&'static str> {
         Some("it is a pointer of Git LFS and not the file itself: \"git lfs pull\" fetches that")
     } else if begins(b"<!doctype html") || begins(b"<html") {
         Some("it is a web page: the address that it was downloaded from is not that of the file")
+    } else if bytes.starts_with(b"BLENDER") {
+        Some("it is Blender's own file: export it as glTF or USD, or render it by the add-on")
     } else {
         None
     }

@@ -75,6 +75,7 @@ pub(crate) enum Format {
     Tiff,
     Tga,
     /// Known, but not read.
+    /// With its article.
     Unsupported(&'static str),
     Unknown,
 }
@@ -95,11 +96,11 @@ pub(crate) fn sniff(bytes: &[u8]) -> Format {
     } else if at(0, b"\xabKTX 20\xbb\r\n\x1a\n") {
         Format::Ktx2
     } else if at(0, b"\xabKTX") {
-        Format::Unsupported("KTX 1")
+        Format::Unsupported("a KTX 1")
     } else if at(0, b"DDS ") {
-        Format::Unsupported("DDS")
+        Format::Unsupported("a DDS")
     } else if at(4, b"ftypavif") || at(4, b"ftypavis") {
-        Format::Unsupported("AVIF")
+        Format::Unsupported("an AVIF")
     } else if at(0, b"GIF8") {
         Format::Gif
     } else if at(0, b"BM") {
@@ -209,7 +210,7 @@ pub(crate) fn decode_at(bytes: &[u8], name: &str, place: Place) -> Result<Image,
             Format::Jpeg => jpeg::decode(bytes, name, place),
             Format::Hdr => decode_with_image(&radiance(bytes), name, place),
             Format::Ktx2 => ktx2::decode(bytes, name),
-            Format::Unsupported(kind) => Err(ImageFailure::Kind(format!("a {kind} image"))),
+            Format::Unsupported(kind) => Err(ImageFailure::Kind(format!("{kind} image"))),
             Format::Unknown => Err(unknown(bytes)),
             _ => decode_with_image(bytes, name, place),
         })
@@ -323,7 +324,7 @@ pub(crate) fn checked_size(bytes: &[u8], budget: &Budget) -> Result<(u64, u64, u
             (width, height, 16)
         }
         Format::Ktx2 => ktx2::dimensions(bytes)?,
-        Format::Unsupported(kind) => return Err(ImageFailure::Kind(format!("a {kind} image"))),
+        Format::Unsupported(kind) => return Err(ImageFailure::Kind(format!("{kind} image"))),
         Format::Unknown => return Err(unknown(bytes)),
         _ => {
             let bytes = radiance(bytes);

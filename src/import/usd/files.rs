@@ -107,10 +107,37 @@ impl Files {
         if let Some(what) = crate::import::pointer(start) {
             return Some(format!("it is {what}"));
         }
+        let begun = start.trim_ascii_start();
+        if begun.is_empty() && start.len() < 64 {
+            return Some("it is empty".into());
+        }
+        let kinds: [&[u8]; 4] = [b"#usda", b"PXR-USDC", b"PK", b"\xef\xbb\xbf"];
+        if !kinds.iter().any(|kind| begun.starts_with(kind)) {
+            return Some(
+                "its first bytes are those of no USD file: neither of a text (#usda), nor of a binary layer (PXR-USDC), nor of a package"
+                    .into(),
+            );
+        }
+        let ending = path
+            .extension()
+            .and_then(|e| e.to_str())
+            .unwrap_or_default();
+        if !super::ENDINGS
+            .iter()
+            .any(|e| ending.eq_ignore_ascii_case(e))
+        {
+            return Some(
+                "it is a USD file whose name does not say so: rename it to end in .usd".into(),
+            );
+        }
         if !start.starts_with(b"PK") {
             return None;
         }
-        let archive = zip::ZipArchive::new(regular(path).ok()?).ok()?;
+        let Ok(archive) = zip::ZipArchive::new(regular(path).ok()?) else {
+            return Some(
+                "it is a package (.usdz) that is cut off or damaged: copy it again".into(),
+            );
+        };
         let first = archive.name_for_index(0)?;
         let ends = |name: &str, ending: &str| name.to_ascii_lowercase().ends_with(ending);
         if ends(first, ".usdz") {

@@ -352,7 +352,8 @@ impl<'a> Shapes<'a> {
             };
             let mut found = find(&name);
             // Blender calls the first coordinates "st" on the mesh, and by their own name in materials.
-            if found.is_none() && self.materials.is_open_uv(materials, &name) {
+            if found.is_none() && name != DEFAULT_UV && self.materials.is_open_uv(materials, &name)
+            {
                 found = find(DEFAULT_UV);
             }
             if let Some(layer) = found {

@@ -66,16 +66,16 @@ use crate::scene::{
 /// Parsers and composition call themselves for what stands inside of what: for files that go deep on purpose.
 const STACK: usize = 512 << 20;
 
+/// What names of USD files end in.
+const ENDINGS: [&str; 4] = ["usd", "usda", "usdc", "usdz"];
+
 /// Whether a file's name or its first bytes say that it is USD.
 pub(super) fn is_usd(path: &Path) -> bool {
     let ending = path
         .extension()
         .and_then(|e| e.to_str())
         .unwrap_or_default();
-    if ["usd", "usda", "usdc", "usdz"]
-        .iter()
-        .any(|e| ending.eq_ignore_ascii_case(e))
-    {
+    if ENDINGS.iter().any(|e| ending.eq_ignore_ascii_case(e)) {
         return true;
     }
     let mut start = [0u8; 8];

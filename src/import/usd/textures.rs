@@ -43,9 +43,7 @@ impl Images {
             .files
             .read(place)
             .and_then(|bytes| match image::sniff(&bytes) {
-                Format::Unsupported(kind) => {
-                    Err(format!("it is a {kind} image, which is not read"))
-                }
+                Format::Unsupported(kind) => Err(format!("it is {kind} image, which is not read")),
                 Format::Unknown => Err("it is an image of an unknown kind".into()),
                 _ => Ok(bytes),
             });

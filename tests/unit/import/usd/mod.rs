@@ -433,3 +433,24 @@ def SphereLight "l" {
         assert!(told.contains(what), "{what}: {told}");
     }
 }
+
+/// In words of their own, not of the parsers'.
+#[test]
+fn files_that_are_none_are_told_apart() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, contents, told) in [
+        ("a.usda", "", "it is empty"),
+        (
+            "a.usda",
+            "{\"asset\": {}}",
+            "its first bytes are those of no USD file",
+        ),
+        ("a.usdz", "PK\u{3}\u{4}", "cut off or damaged"),
+        ("a.glb", "#usda 1.0\n", "rename it to end in .usd"),
+    ] {
+        let path = folder.path().join(name);
+        std::fs::write(&path, contents).unwrap();
+        let error = load(&path, &ImportOptions::default()).unwrap_err();
+        assert!(error.to_string().contains(told), "{error}");
+    }
+}
