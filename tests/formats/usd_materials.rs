@@ -122,6 +122,123 @@ fn colours_are_adjusted_and_blended_as_specified() {
     }
 }
 
+/// Values of MaterialX' own definitions: its graphs, and its noise (from OSL) computed by hand at these points.
+#[test]
+fn places_and_patterns_are_materialxs() {
+    let at = "float3 inputs:position = (1.3, 2.6, 3.4)";
+    for (id, inputs, expected) in [
+        (
+            "ND_swizzle_color3_color3",
+            "color3f inputs:in = (0.1, 0.2, 0.3)\n string inputs:channels = \"bg1\"",
+            [0.3, 0.2, 1.0],
+        ),
+        ("ND_noise3d_float", at, [0.444_195; 3]),
+        ("ND_fractal3d_float", at, [0.611_686; 3]),
+        (
+            "ND_noise2d_float",
+            "float2 inputs:texcoord = (0.3, 0.7)\n float inputs:amplitude = 2\n float inputs:pivot = 0.5",
+            [0.581_487; 3],
+        ),
+        // The camera looks at the square from in front.
+        ("ND_facingratio_float", "", [1.0; 3]),
+        ("ND_facingratio_float", "bool inputs:invert = 1", [0.0; 3]),
+        (
+            "ND_viewdirection_vector3",
+            "float3 inputs:unused = (0, 0, 0)",
+            [0.0, 0.0, 0.0],
+        ),
+        (
+            "ND_normal_vector3",
+            "string inputs:space = \"world\"",
+            [0.0, 0.0, 1.0],
+        ),
+        ("ND_normal_vector3", "", [0.0, 0.0, 1.0]),
+    ] {
+        for found in quarters(&node(id, inputs)) {
+            for (value, expected) in found.iter().zip(expected) {
+                assert!((value - expected).abs() < 1e-3, "{id}: {found:?}");
+            }
+        }
+    }
+    for space in ["object", "world"] {
+        let inputs = format!("string inputs:space = \"{space}\"");
+        let [top, right, bottom, _] = quarters(&node("ND_position_vector3", &inputs));
+        assert!(
+            (top[0] - 0.4).abs() < 0.02 && (right[0] - 0.6).abs() < 0.02,
+            "{top:?}"
+        );
+        assert!(
+            (top[1] - 0.6).abs() < 0.02 && (bottom[1] - 0.4).abs() < 0.02,
+            "{top:?}"
+        );
+        assert!(top[2].abs() < 1e-3, "{top:?}");
+    }
+    let [top, right, bottom, last] = quarters(&node(
+        "ND_checkerboard_color3",
+        "float2 inputs:uvtiling = (2, 2)",
+    ));
+    assert!(top[0] > 0.9 && last[0] > 0.9 && right[0] < 0.1 && bottom[0] < 0.1);
+    let [top, _, bottom, _] = quarters(&node(
+        "ND_ramp4_color3",
+        "color3f inputs:valuetl = (1, 0, 0)",
+    ));
+    assert!((top[0] - 0.24).abs() < 0.02 && (bottom[0] - 0.36).abs() < 0.02);
+}
+
+#[test]
+fn surfaces_are_mixed_and_inputs_that_are_not_read_named() {
+    let surface = |name: &str, inputs: &str| {
+        format!(
+            "def Shader \"{name}\" {{\n uniform token info:id = \"ND_open_pbr_surface_surfaceshader\"\n {inputs}\n token outputs:out\n }}\n"
+        )
+    };
+    let gltf = "def Shader \"g\" {\n uniform token info:id = \"ND_gltf_pbr_surfaceshader\"\n float inputs:metallic = 0.25\n token outputs:out\n }\n";
+    let plain = surface(
+        "a",
+        "float inputs:transmission_weight = 0\n float inputs:transmission_depth = 2",
+    );
+    let deep = surface(
+        "b",
+        "float inputs:transmission_weight = 1\n float inputs:transmission_depth = 2",
+    );
+    let load = |nodes: &str, of: [&str; 2]| {
+        let [fg, bg] = of;
+        Stage::new(&format!(
+            r#"def Mesh "m" {{
+    rel material:binding = </paint>
+{SQUARE}}}
+def Material "paint" {{
+    token outputs:mtlx:surface.connect = </paint/s.outputs:out>
+    def Shader "s" {{
+        uniform token info:id = "ND_mix_surfaceshader"
+        token inputs:fg.connect = </paint/{fg}.outputs:out>
+        token inputs:bg.connect = </paint/{bg}.outputs:out>
+        float inputs:mix = 0.25
+        token outputs:out
+    }}
+    {nodes}
+}}"#
+        ))
+        .load()
+    };
+    let imported = load(&format!("{gltf}{plain}"), ["g", "a"]);
+    assert_eq!(told(&imported, "usd-node"), None);
+    assert_eq!(told(&imported, "usd-input"), None);
+    let graph = &imported.scene.materials[0].graph;
+    let mut kinds = graph.nodes.iter().map(|node| &node.kind);
+    assert!(kinds.any(|kind| matches!(kind, NodeKind::MixShader)));
+    let principled = graph
+        .nodes
+        .iter()
+        .filter(|node| matches!(node.kind, NodeKind::PrincipledBsdf { .. }))
+        .map(|node| node.inputs[principled::METALLIC]);
+    assert!(principled.into_iter().any(|m| m == Input::float(0.25)));
+    let imported = load(&format!("{gltf}{deep}"), ["g", "b"]);
+    assert_eq!(told(&imported, "usd-input"), Some(Verdict::Lost));
+    let circle = load("", ["s", "s"]);
+    assert!(circle.scene.materials.len() == 1);
+}
+
 /// What only another renderer knows stands back behind what is known, and is told where there is nothing else.
 #[test]
 fn the_first_material_with_a_known_surface_is_shown() {

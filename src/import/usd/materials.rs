@@ -7,7 +7,7 @@ use openusd::sdf::Path;
 use super::network::Network;
 use super::source::{Source, View};
 use super::textures::Images;
-use super::{materialx, preview};
+use super::{materialx_surfaces, preview};
 use crate::import::ImportOptions;
 use crate::scene::graph::function::PlaceInput;
 use crate::scene::graph::node::{emission, principled};
@@ -259,15 +259,7 @@ impl<'a> Materials<'a> {
                 continue;
             };
             let shader = self.source.view(&shader);
-            let id = shader.word("info:id").unwrap_or_default();
-            let surface = if matches!(
-                &*id,
-                "UsdPreviewSurface" | "ND_UsdPreviewSurface_surfaceshader"
-            ) {
-                Some(preview::surface(&mut network, &shader))
-            } else {
-                materialx::surface(&mut network, &shader, &id)
-            };
+            let surface = materialx_surfaces::any(&mut network, &shader, 0);
             let complete = network.complete;
             let (mut graph, needs) = (network.graph, network.needs);
             // A network that is not known in all its parts is worse than another of the same material.

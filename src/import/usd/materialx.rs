@@ -1,9 +1,9 @@
 //! MaterialX: its standard surfaces as Blender's Principled BSDF.
 
-use super::materialx_nodes;
 use super::network::{Found, Network, Term};
 use super::preview::{each, seen_through};
 use super::source::View;
+use super::{materialx_nodes, materialx_surfaces};
 use crate::nodes::math::Math;
 use crate::nodes::vector_math::VectorMath;
 use crate::scene::graph::node::{emission, principled};
@@ -251,7 +251,7 @@ fn principled_of(network: &mut Network, shader: &View, names: &Names) -> Link {
         (principled::NORMAL, names.normal),
         (principled::COAT_NORMAL, names.coat_normal),
     ] {
-        if let Some(normal) = network.input(shader, name).and_then(|n| n.rgb.link()) {
+        if let Some(normal) = materialx_surfaces::normal(network, shader, name) {
             node = node.with(socket, normal);
         }
     }
@@ -263,9 +263,43 @@ fn principled_of(network: &mut Network, shader: &View, names: &Names) -> Link {
         materialx_nodes::follow_uvs(network);
         node = node.with(principled::TANGENT, tangent);
     }
+    report_unread(network, shader, &node);
     let opacity = network.input_or(shader, names.opacity, one);
     let shader = network.graph.add(node);
     seen_through(&mut network.graph, shader, opacity.rgb)
+}
+
+/// Names the inputs that are not read, where what they belong to is there.
+fn report_unread(network: &mut Network, shader: &View, node: &Node) {
+    let there = |socket: usize| node.inputs[socket] != Input::float(0.0);
+    let mut inputs: Vec<(&str, f32)> = Vec::new();
+    if there(principled::TRANSMISSION_WEIGHT) {
+        inputs.extend([
+            ("transmission_depth", 0.0),
+            ("transmission_scatter", 0.0),
+            ("transmission_dispersion", 0.0),
+            ("transmission_dispersion_scale", 0.0),
+            ("transmission_extra_roughness", 0.0),
+        ]);
+    }
+    if there(principled::COAT_WEIGHT) {
+        // Without a word OpenPBR's coat darkens what is below; a Principled BSDF's never does.
+        inputs.extend([
+            ("coat_darkening", 0.0),
+            ("coat_affect_color", 0.0),
+            ("coat_affect_roughness", 0.0),
+            ("coat_anisotropy", 0.0),
+            ("coat_roughness_anisotropy", 0.0),
+        ]);
+    }
+    if there(principled::ANISOTROPIC) {
+        inputs.extend([
+            ("specular_rotation", 0.0),
+            ("tangent", f32::NAN),
+            ("geometry_tangent", f32::NAN),
+        ]);
+    }
+    materialx_surfaces::report_unread(network, shader, &inputs);
 }
 
 /// The first, by so much the second.

@@ -1,11 +1,11 @@
 //! MaterialX' standard nodes, as Blender's.
 
 use super::materialx::is_connected;
-use super::materialx_blends;
 use super::network::{Found, Network, Term};
 use super::preview::{self, DEFAULT_UV, each};
 use super::source::View;
 use super::value;
+use super::{materialx_blends, materialx_places};
 use crate::nodes::color::ColorModel;
 use crate::nodes::math::Math;
 use crate::nodes::range::RangeKind;
@@ -72,11 +72,6 @@ pub(super) fn node(network: &mut Network, shader: &View, name: &str, output: &st
             turned(network, from, amount, axis, size)
         }
         "normalmap" => normal(network, shader)?,
-        // The surface's own; what reads a normal has it without a link.
-        "normal" => Term::link(network.place(PlaceInput::Normal), 3),
-        "tangent" | "bitangent" => Term::link(network.place(PlaceInput::UvTangent), 3),
-        "position" => Term::link(network.place(PlaceInput::Position), 3),
-        "viewdirection" => Term::link(network.place(PlaceInput::Incoming), 3),
         "mix" => {
             let fg = network.input_or(shader, "fg", Term::number(0.0));
             let bg = network.input_or(shader, "bg", Term::number(0.0));
@@ -216,7 +211,10 @@ fn parts_and_choices(
                 ..mixed(network, yes, no, is)
             }
         }
-        _ => return materialx_blends::node(network, shader, operation, size),
+        _ => {
+            return materialx_blends::node(network, shader, operation, size)
+                .or_else(|| materialx_places::node(network, shader, operation, size));
+        }
     })
 }
 

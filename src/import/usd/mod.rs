@@ -22,6 +22,8 @@ mod materials;
 mod materialx;
 mod materialx_blends;
 mod materialx_nodes;
+mod materialx_places;
+mod materialx_surfaces;
 mod named;
 mod network;
 mod placing;

@@ -1,0 +1,331 @@
+//! MaterialX' nodes that say where a point is and how it is turned, and patterns that are made of that.
+
+use super::materialx_nodes::{coordinates, follow_uvs, mixed};
+use super::network::{Network, Term};
+use super::preview::each;
+use super::source::View;
+use super::value;
+use crate::nodes::math::Math;
+use crate::nodes::vector_math::VectorMath;
+use crate::nodes::{Dimensions, NoiseSettings, NoiseType};
+use crate::scene::graph::function::{PlaceInput, ProceduralTexture, Space, Transformed};
+use crate::scene::graph::{Function, Input, Link};
+
+const MULTIPLY: (Math, VectorMath) = (Math::Multiply, VectorMath::Multiply);
+const ADD: (Math, VectorMath) = (Math::Add, VectorMath::Add);
+
+/// What a node gives, if it is one of these.
+pub(super) fn node(
+    network: &mut Network,
+    shader: &View,
+    operation: &str,
+    size: u8,
+) -> Option<Term> {
+    Some(match operation {
+        "position" => {
+            let world = is_world(network, shader, "object");
+            position(network, world)
+        }
+        "normal" | "tangent" | "bitangent" => {
+            let world = is_world(network, shader, "object");
+            direction(network, operation, world)
+        }
+        "viewdirection" => {
+            let world = is_world(network, shader, "world");
+            direction(network, operation, world)
+        }
+        "facingratio" => facing(network, shader),
+        "noise2d" | "noise3d" | "fractal2d" | "fractal3d" if size == 1 => {
+            noise(network, shader, operation)
+        }
+        "checkerboard" => checkerboard(network, shader, size),
+        "ramp4" => corners(network, shader, size),
+        "blackbody" => {
+            let kelvin = network.input_or(shader, "temperature", Term::number(5000.0));
+            Term::color(glow(kelvin.constant()?[0]))
+        }
+        "swizzle" => swizzled(network, shader, size)?,
+        _ => return None,
+    })
+}
+
+/// Whether a node is asked for the world's space; "object" and "model" are one here.
+fn is_world(network: &mut Network, shader: &View, fallback: &str) -> bool {
+    let space = network.word(shader, "space");
+    space.as_deref().unwrap_or(fallback) == "world"
+}
+
+/// Blender's axes in those of the stage, times a number.
+fn in_stage(network: &mut Network, way: Link, times: f32) -> Input {
+    let axis = network.source.and_then(|source| source.metadata("upAxis"));
+    let z_up = axis.as_ref().and_then(value::word).as_deref() == Some("Z");
+    let scale = Input::Value([times; 3]);
+    if z_up {
+        return match times {
+            1.0 => way.into(),
+            _ => network.vector(VectorMath::Multiply, &[way.into(), scale]),
+        };
+    }
+    let parts = network.function(Function::SeparateXyz, &[way.into()]);
+    let part = |output: u8| Input::Link(Link { output, ..parts });
+    let back = network.math(Math::Multiply, &[part(1), Input::float(-1.0)]);
+    let turned = network.function(Function::CombineXyz, &[part(0), part(2), back]);
+    match times {
+        1.0 => turned.into(),
+        _ => network.vector(VectorMath::Multiply, &[turned.into(), scale]),
+    }
+}
+
+/// Where a point is, in the stage's units. A mesh keeps its own space.
+fn position(network: &mut Network, world: bool) -> Term {
+    if !world {
+        return Term::link(network.place(PlaceInput::Object), 3);
+    }
+    let unit = network
+        .source
+        .map_or(1.0, |source| source.meters_per_unit());
+    let here = network.place(PlaceInput::Position);
+    Term {
+        rgb: in_stage(network, here, (1.0 / unit) as f32),
+        ..Term::color([0.0; 3])
+    }
+}
+
+/// A direction of unit length in the stage's axes, or in the object's own.
+fn direction(network: &mut Network, operation: &str, world: bool) -> Term {
+    let way = match operation {
+        "normal" => network.place(PlaceInput::Normal),
+        "viewdirection" => network.place(PlaceInput::Incoming),
+        _ => {
+            follow_uvs(network);
+            network.place(PlaceInput::UvTangent)
+        }
+    };
+    let mut way = Input::Link(way);
+    if operation == "bitangent" {
+        let normal = network.place(PlaceInput::Normal);
+        way = network.vector(VectorMath::CrossProduct, &[normal.into(), way]);
+    }
+    if operation == "viewdirection" {
+        // From the viewer to the surface.
+        way = network.vector(VectorMath::Multiply, &[way, Input::Value([-1.0; 3])]);
+    }
+    let Input::Link(link) = way else {
+        return Term::color([0.0; 3]);
+    };
+    let rgb = if world {
+        in_stage(network, link, 1.0)
+    } else {
+        let turned = Function::VectorTransform {
+            what: match operation {
+                "normal" => Transformed::Normal,
+                _ => Transformed::Vector,
+            },
+            from: Space::World,
+            to: Space::Object,
+        };
+        let turned = network.function(turned, &[way]);
+        network.vector(VectorMath::Normalize, &[turned.into()])
+    };
+    Term {
+        rgb,
+        ..Term::color([0.0; 3])
+    }
+}
+
+/// How much a surface faces the viewer: |V·N|, or −V·N; or 1 less that.
+fn facing(network: &mut Network, shader: &View) -> Term {
+    let given = |network: &mut Network, name: &str, operation: &str| {
+        let input = network.input(shader, name);
+        input.unwrap_or_else(|| direction(network, operation, true))
+    };
+    let view = given(network, "viewdirection", "viewdirection");
+    let normal = given(network, "normal", "normal");
+    let cos = network.vector(VectorMath::DotProduct, &[view.rgb, normal.rgb]);
+    let forward = network.plain(shader, "faceforward") != Some(0.0);
+    let ratio = if forward {
+        network.math(Math::Absolute, &[cos])
+    } else {
+        network.math(Math::Multiply, &[cos, Input::float(-1.0)])
+    };
+    let ratio = match network.plain(shader, "invert") {
+        Some(1.0) => network.math(Math::Subtract, &[Input::float(1.0), ratio]),
+        _ => ratio,
+    };
+    Term {
+        rgb: ratio,
+        ..Term::number(0.0)
+    }
+}
+
+/// Perlin's noise of one number: MaterialX has it from OSL, as Blender does. That of colours has other gradients.
+fn noise(network: &mut Network, shader: &View, operation: &str) -> Term {
+    let flat = operation.ends_with("2d");
+    let at = if flat {
+        coordinates(network, shader)
+    } else {
+        let given = network.input(shader, "position");
+        given.unwrap_or_else(|| position(network, false))
+    };
+    let number = |network: &mut Network, name: &str, fallback: f32| {
+        network.input_or(shader, name, Term::number(fallback)).rgb
+    };
+    let fractal = operation.starts_with("fractal");
+    let octaves = if fractal {
+        network
+            .plain(shader, "octaves")
+            .unwrap_or(3.0)
+            .clamp(1.0, 16.0)
+    } else {
+        1.0
+    };
+    let texture = ProceduralTexture::NoiseFactor(NoiseSettings {
+        dimensions: if flat {
+            Dimensions::Two
+        } else {
+            Dimensions::Three
+        },
+        noise_type: NoiseType::Fbm,
+        normalize: false,
+    });
+    let w = Input::float(0.0);
+    let (lacunarity, diminish) = (
+        number(network, "lacunarity", 2.0),
+        number(network, "diminish", 0.5),
+    );
+    let inputs = [
+        at.rgb,
+        w,
+        Input::float(1.0),
+        Input::float(octaves - 1.0),
+        diminish,
+        lacunarity,
+    ];
+    let noise = Term::link(network.function(Function::Texture(texture), &inputs), 1);
+    let amplitude = network.input_or(shader, "amplitude", Term::number(1.0));
+    let scaled = each(network, MULTIPLY, &[noise, amplitude]);
+    if fractal {
+        return scaled;
+    }
+    let pivot = network.input_or(shader, "pivot", Term::number(0.0));
+    each(network, ADD, &[scaled, pivot])
+}
+
+/// As MaterialX' own graph has it: the first colour where the sum of the whole coordinates is odd.
+fn checkerboard(network: &mut Network, shader: &View, size: u8) -> Term {
+    let at = coordinates(network, shader);
+    let tiling = network.input_or(shader, "uvtiling", Term::color([8.0; 3]));
+    let offset = network.input_or(shader, "uvoffset", Term::color([0.0; 3]));
+    let at = each(network, MULTIPLY, &[at, tiling]);
+    let at = each(
+        network,
+        (Math::Subtract, VectorMath::Subtract),
+        &[at, offset],
+    );
+    let whole = network.vector(VectorMath::Floor, &[at.rgb]);
+    let sum = network.vector(
+        VectorMath::DotProduct,
+        &[whole, Input::Value([1.0, 1.0, 0.0])],
+    );
+    let odd = network.math(Math::FlooredModulo, &[sum, Input::float(2.0)]);
+    let odd = Term {
+        rgb: odd,
+        ..Term::number(0.0)
+    };
+    let first = network.input_or(shader, "color1", Term::color([1.0; 3]));
+    let second = network.input_or(shader, "color2", Term::color([0.0; 3]));
+    Term {
+        size,
+        ..mixed(network, first, second, odd)
+    }
+}
+
+/// Four values at the corners: from left to right by u, and from top to bottom by v, as MaterialX' own graph has it.
+fn corners(network: &mut Network, shader: &View, size: u8) -> Term {
+    let at = coordinates(network, shader);
+    let [u, v] = [0, 1].map(|axis| {
+        let along = network.channel(at, axis);
+        let low = network.math(Math::Maximum, &[along, Input::float(0.0)]);
+        Term {
+            rgb: network.math(Math::Minimum, &[low, Input::float(1.0)]),
+            ..Term::number(0.0)
+        }
+    });
+    let [top, bottom] = [["valuetl", "valuetr"], ["valuebl", "valuebr"]].map(|names| {
+        let zero = Term {
+            size,
+            ..Term::number(0.0)
+        };
+        let [left, right] = names.map(|name| network.input_or(shader, name, zero));
+        mixed(network, right, left, u)
+    });
+    Term {
+        size,
+        ..mixed(network, bottom, top, v)
+    }
+}
+
+/// Numbers in another order, or 0 and 1: by the letters in "channels".
+fn swizzled(network: &mut Network, shader: &View, size: u8) -> Option<Term> {
+    let from = network.input(shader, "in")?;
+    let channels = network.word(shader, "channels")?;
+    let mut parts = Vec::new();
+    for letter in channels.chars() {
+        parts.push(match letter {
+            'r' | 'x' => network.channel(from, 0),
+            'g' | 'y' => network.channel(from, 1),
+            'b' | 'z' => network.channel(from, 2),
+            'a' | 'w' => network.channel(from, 3),
+            '0' => Input::float(0.0),
+            '1' => Input::float(1.0),
+            _ => return None,
+        });
+    }
+    let at = |i: usize| parts.get(i).copied().unwrap_or(Input::float(0.0));
+    if size == 1 {
+        return Some(Term {
+            rgb: at(0),
+            ..Term::number(0.0)
+        });
+    }
+    let rgb = network.function(Function::CombineXyz, &[at(0), at(1), at(2)]);
+    Some(Term {
+        rgb: rgb.into(),
+        a: parts.get(3).copied().unwrap_or(Input::float(1.0)),
+        size,
+    })
+}
+
+/// What a black body of a temperature shines in: linear Rec.709 of luminance 1. MaterialX defines it by the Planckian locus
+/// of Kim and others (US patent 7,024,034) from 1667 to 25000 K.
+pub(super) fn glow(kelvin: f32) -> [f32; 3] {
+    let kelvin = f64::from(kelvin).clamp(1667.0, 25_000.0);
+    let t = 1000.0 / kelvin;
+    let cubic = |[a, b, c, d]: [f64; 4], x: f64| ((a * x + b) * x + c) * x + d;
+    let x = if kelvin < 4000.0 {
+        cubic([-0.266_123_9, -0.234_358_0, 0.877_695_6, 0.179_910], t)
+    } else {
+        cubic([-3.025_846_9, 2.107_037_9, 0.222_634_7, 0.240_390], t)
+    };
+    let y = if kelvin < 2222.0 {
+        cubic(
+            [-1.106_381_4, -1.348_110_20, 2.185_558_32, -0.202_196_83],
+            x,
+        )
+    } else if kelvin < 4000.0 {
+        cubic(
+            [-0.954_947_6, -1.374_185_93, 2.091_370_15, -0.167_488_67],
+            x,
+        )
+    } else {
+        cubic([3.081_758_0, -5.873_386_70, 3.751_129_97, -0.370_014_83], x)
+    };
+    let (big_x, big_z) = (x / y, (1.0 - x - y) / y);
+    // CIE XYZ to linear Rec.709 (IEC 61966-2-1).
+    let rgb = [
+        3.2406 * big_x - 1.5372 - 0.4986 * big_z,
+        -0.9689 * big_x + 1.8758 + 0.0415 * big_z,
+        0.0557 * big_x - 0.2040 + 1.0570 * big_z,
+    ];
+    rgb.map(|v| v.max(0.0) as f32)
+}
