@@ -39,7 +39,7 @@ impl Layout {
     fn place(self, way: DVec3) -> ([f64; 2], [f64; 4]) {
         let whole = [0.0, 0.0, 1.0, 1.0];
         let ball = |radius: f64| {
-            let across = way.x.hypot(way.y);
+            let across = glam::DVec2::new(way.x, way.y).length();
             let [x, y] = if across > 0.0 {
                 [way.x, way.y].map(|v| v / across * radius)
             } else {

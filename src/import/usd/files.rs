@@ -70,17 +70,6 @@ pub(super) fn missing(name: &str) -> Option<&'static str> {
     network.then_some("lies on the network: download it, and name that file instead")
 }
 
-/// A file of the same name but for capitals, beside one that is not there or packed with it.
-pub(super) fn in_another_case(path: &str) -> Option<String> {
-    if ar::split_package_relative_path_outer(path).is_none() {
-        return crate::import::gltf::in_another_case(Path::new(path));
-    }
-    let name = path.trim_end_matches(']').rsplit(['/', '[']).next()?;
-    let wanted = name.to_lowercase();
-    let mut names = siblings(path).into_iter();
-    names.find(|other| other != name && other.to_lowercase() == wanted)
-}
-
 /// Why a file is of no kind that is read, if its name says so.
 pub(super) fn foreign(name: &str) -> Option<&'static str> {
     let outer = name.split('[').next().unwrap_or(name);
@@ -179,6 +168,22 @@ impl Files {
         self.inner.read.get()
     }
 
+    /// A file of the same name but for capitals, beside one that is not there or packed with it. What lies elsewhere is not told.
+    pub(super) fn in_another_case(&self, path: &str) -> Option<String> {
+        if ar::split_package_relative_path_outer(path).is_none() {
+            let beside = Path::new(path).parent()?.canonicalize().ok()?;
+            let limit = self.inner.folder.as_ref();
+            if limit.is_some_and(|folder| !beside.starts_with(folder)) {
+                return None;
+            }
+            return crate::import::gltf::in_another_case(Path::new(path));
+        }
+        let name = path.trim_end_matches(']').rsplit(['/', '[']).next()?;
+        let wanted = name.to_lowercase();
+        let mut names = siblings(path).into_iter();
+        names.find(|other| other != name && other.to_lowercase() == wanted)
+    }
+
     /// The place of a path that a layer names.
     pub(super) fn beside(&self, path: &str, layer: &str) -> String {
         // What has a place of its own does not lie beside anything.
@@ -218,7 +223,7 @@ impl Files {
             } else {
                 match missing(path) {
                     Some(why) => format!("it {why}"),
-                    None => match in_another_case(path) {
+                    None => match self.in_another_case(path) {
                         Some(other) => {
                             format!("there is no such file, but there is \"{other}\": {CAPITALS}")
                         }

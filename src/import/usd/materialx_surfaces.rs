@@ -148,7 +148,11 @@ pub(super) fn report_unread(network: &mut Network, shader: &View, inputs: &[(&st
         let counts = match network.find(shader, name) {
             Found::Nothing => false,
             Found::Value(value) => Term::of(&value).is_some_and(|term| !term.is(*without)),
-            Found::Node(..) => true,
+            // Tangents follow the coordinates anyhow.
+            Found::Node(path, _) => {
+                let id = network.source.and_then(|s| s.view(&path).word("info:id"));
+                id.is_none_or(|id| id != "ND_tangent_vector3")
+            }
         };
         if counts {
             network.report(

@@ -174,7 +174,7 @@ fn composition(error: &pcp::Error, files: &Files) -> (String, String) {
             site_path,
             introduced_by,
         } => {
-            let other = || files::in_another_case(&files.beside(asset_path, introduced_by));
+            let other = || files.in_another_case(&files.beside(asset_path, introduced_by));
             let why = match files::missing(asset_path) {
                 Some(why) => why.to_owned(),
                 None => other().map_or("is not there".into(), |other| {

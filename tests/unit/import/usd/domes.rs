@@ -1,7 +1,7 @@
 use super::*;
 
 fn near(found: [f64; 2], expected: [f64; 2]) {
-    let gap = (found[0] - expected[0]).hypot(found[1] - expected[1]);
+    let gap = (glam::DVec2::from(found) - glam::DVec2::from(expected)).length();
     assert!(gap < 1e-9, "{found:?} is not {expected:?}");
 }
 
