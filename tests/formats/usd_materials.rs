@@ -239,6 +239,48 @@ def Material "paint" {{
     assert!(circle.scene.materials.len() == 1);
 }
 
+/// Blender's exporter writes these on every surface: they are what the surface has anyhow.
+#[test]
+fn a_surfaces_own_directions_need_no_nodes() {
+    let node = |name: &str, id: &str, inputs: &str| {
+        format!(
+            "def Shader \"{name}\" {{\n uniform token info:id = \"{id}\"\n {inputs}\n float3 outputs:out\n }}\n"
+        )
+    };
+    let world = "string inputs:space = \"world\"";
+    let nodes = [
+        node("n", "ND_normal_vector3", world),
+        node(
+            "nn",
+            "ND_normalize_vector3",
+            "float3 inputs:in.connect = </paint/n.outputs:out>",
+        ),
+        node("t", "ND_tangent_vector3", world),
+        node(
+            "tt",
+            "ND_rotate3d_vector3",
+            "float3 inputs:in.connect = </paint/t.outputs:out>\n float inputs:amount = 0",
+        ),
+        node(
+            "s",
+            "ND_open_pbr_surface_surfaceshader",
+            "float inputs:specular_roughness_anisotropy = 0.5\n float3 inputs:geometry_normal.connect = </paint/nn.outputs:out>\n float3 inputs:geometry_tangent.connect = </paint/tt.outputs:out>",
+        ),
+    ];
+    let imported = Stage::new(&format!(
+        "def Mesh \"m\" {{\n rel material:binding = </paint>\n{SQUARE}}}\ndef Material \"paint\" {{\n token outputs:mtlx:surface.connect = </paint/s.outputs:out>\n{}}}",
+        nodes.concat()
+    ))
+    .load();
+    assert_eq!(told(&imported, "usd-input"), None);
+    let nodes = imported.scene.materials[0].graph.nodes.iter();
+    let surface = nodes
+        .filter(|node| matches!(node.kind, NodeKind::PrincipledBsdf { .. }))
+        .next_back();
+    let normal = surface.unwrap().inputs[principled::NORMAL];
+    assert!(!matches!(normal, Input::Link(_)), "{normal:?}");
+}
+
 /// What only another renderer knows stands back behind what is known, and is told where there is nothing else.
 #[test]
 fn the_first_material_with_a_known_surface_is_shown() {

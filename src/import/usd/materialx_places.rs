@@ -55,10 +55,26 @@ fn is_world(network: &mut Network, shader: &View, fallback: &str) -> bool {
     space.as_deref().unwrap_or(fallback) == "world"
 }
 
+/// Whether the stage has Blender's axes.
+fn is_z_up(network: &Network) -> bool {
+    let axis = network.source.and_then(|source| source.metadata("upAxis"));
+    axis.as_ref().and_then(value::word).as_deref() == Some("Z")
+}
+
+/// A direction of the stage's axes in Blender's.
+pub(super) fn in_blender(network: &mut Network, way: Link) -> Link {
+    if is_z_up(network) {
+        return way;
+    }
+    let parts = network.function(Function::SeparateXyz, &[way.into()]);
+    let part = |output: u8| Input::Link(Link { output, ..parts });
+    let back = network.math(Math::Multiply, &[part(2), Input::float(-1.0)]);
+    network.function(Function::CombineXyz, &[part(0), back, part(1)])
+}
+
 /// Blender's axes in those of the stage, times a number.
 fn in_stage(network: &mut Network, way: Link, times: f32) -> Input {
-    let axis = network.source.and_then(|source| source.metadata("upAxis"));
-    let z_up = axis.as_ref().and_then(value::word).as_deref() == Some("Z");
+    let z_up = is_z_up(network);
     let scale = Input::Value([times; 3]);
     if z_up {
         return match times {

@@ -1,5 +1,7 @@
 //! MaterialX: surfaces other than its two standard ones, and what is not read of those.
 
+use openusd::sdf::Path;
+
 use super::network::{Found, Network, Term};
 use super::preview::{each, principled, seen_through};
 use super::source::View;
@@ -131,15 +133,41 @@ fn gltf(network: &mut Network, shader: &View) -> Link {
     seen_through(&mut network.graph, shader, opacity)
 }
 
-/// The normal that a surface is given, unless it is its own.
-pub(super) fn normal(network: &mut Network, shader: &View, name: &str) -> Option<Link> {
-    if let Found::Node(path, _) = network.find(shader, name) {
-        let id = network.source?.view(&path).word("info:id");
-        if id.is_some_and(|id| id == "ND_normal_vector3") {
+/// The node at an input of a surface, behind such as leave a direction what it is; and its name.
+fn direction(network: &mut Network, shader: &View, input: &str) -> Option<(Path, String, String)> {
+    let source = network.source?;
+    let mut at = network.find(shader, input);
+    for _ in 0..DEEPEST {
+        let Found::Node(path, output) = at else {
             return None;
+        };
+        let node = source.view(&path);
+        let id = node.word("info:id").unwrap_or_default();
+        let same = match &*id {
+            "ND_normalize_vector3" => true,
+            "ND_rotate3d_vector3" => network.plain(&node, "amount").unwrap_or(0.0) == 0.0,
+            _ => false,
+        };
+        if !same {
+            return Some((path, output, id));
         }
+        at = network.find(&node, "in");
     }
-    network.input(shader, name)?.rgb.link()
+    None
+}
+
+/// The normal that a surface is given, in Blender's axes; none where it is the surface's own.
+pub(super) fn normal(network: &mut Network, shader: &View, name: &str) -> Option<Link> {
+    let (path, output, id) = direction(network, shader, name)?;
+    if id == "ND_normal_vector3" {
+        return None;
+    }
+    let normal = network.node(&path, &output)?.rgb.link()?;
+    // A normal map is in Blender's axes already.
+    if id.starts_with("ND_normalmap") {
+        return Some(normal);
+    }
+    Some(super::materialx_places::in_blender(network, normal))
 }
 
 /// Names inputs that a surface has and that are not read, where they are not what they are without a word.
@@ -149,9 +177,8 @@ pub(super) fn report_unread(network: &mut Network, shader: &View, inputs: &[(&st
             Found::Nothing => false,
             Found::Value(value) => Term::of(&value).is_some_and(|term| !term.is(*without)),
             // Tangents follow the coordinates anyhow.
-            Found::Node(path, _) => {
-                let id = network.source.and_then(|s| s.view(&path).word("info:id"));
-                id.is_none_or(|id| id != "ND_tangent_vector3")
+            Found::Node(..) => {
+                direction(network, shader, name).is_none_or(|(_, _, id)| id != "ND_tangent_vector3")
             }
         };
         if counts {
