@@ -142,11 +142,7 @@ fn places_and_patterns_are_materialxs() {
         // The camera looks at the square from in front.
         ("ND_facingratio_float", "", [1.0; 3]),
         ("ND_facingratio_float", "bool inputs:invert = 1", [0.0; 3]),
-        (
-            "ND_viewdirection_vector3",
-            "float3 inputs:unused = (0, 0, 0)",
-            [0.0, 0.0, 0.0],
-        ),
+        ("ND_viewdirection_vector3", "", [0.0, 0.0, -1.0]),
         (
             "ND_normal_vector3",
             "string inputs:space = \"world\"",
