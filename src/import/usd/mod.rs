@@ -414,7 +414,7 @@ impl Assembly<'_> {
                 Verdict::Approximated,
                 "second and further dome lights",
                 &*lamp.path,
-                "added to the image of the first, whose links to objects count for all",
+                "added to the light of the first, whose links to objects count for all",
             );
         }
         self.domes.push(domes::Placed {
