@@ -269,10 +269,8 @@ fn a_surfaces_own_directions_need_no_nodes() {
     ))
     .load();
     assert_eq!(told(&imported, "usd-input"), None);
-    let nodes = imported.scene.materials[0].graph.nodes.iter();
-    let surface = nodes
-        .filter(|node| matches!(node.kind, NodeKind::PrincipledBsdf { .. }))
-        .next_back();
+    let mut nodes = imported.scene.materials[0].graph.nodes.iter();
+    let surface = nodes.rfind(|node| matches!(node.kind, NodeKind::PrincipledBsdf { .. }));
     let normal = surface.unwrap().inputs[principled::NORMAL];
     assert!(!matches!(normal, Input::Link(_)), "{normal:?}");
 }
