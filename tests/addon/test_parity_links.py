@@ -149,6 +149,52 @@ class Links(kit.ExportTest):
                             self.tree.links.new(node.outputs[0], use.inputs[0])
                         self.compare(f"{of} {to} {source}", use.outputs[0])
 
+    def shows(self, output, value=(0.2, 0.5, 0.8)):
+        """An emission of that colour, at an output."""
+        glow = self.new("ShaderNodeEmission", output.id_data)
+        glow.inputs["Color"].default_value = (*value, 1)
+        output.id_data.links.new(glow.outputs[0], output.inputs["Surface"])
+
+    def pictures(self):
+        """What is exported, and the pixel in the middle of both pictures."""
+        shown = kit.cycles_pixels(8, 8, 4)
+        found = self.export()
+        ours = kit.rendered(found.path, 8, 8, 4)
+        print(f"{ours[4, 4]} Cycles {shown[4, 4]}", flush=True)
+        return found, ours[4, 4], shown[4, 4]
+
+    def test_muted_outputs(self):
+        """Before 5.0 such are none, and nothing is black."""
+        self.begin()
+        end = self.new("ShaderNodeOutputMaterial")
+        self.shows(end)
+        end.mute = True
+        _, ours, shown = self.pictures()
+        self.near(ours, shown, 1e-4)
+
+    def test_outputs_in_groups(self):
+        """One counts where there is no other; before 5.0 it is told that it is not rendered."""
+        self.begin()
+        inner = bpy.data.node_groups.new("inner", "ShaderNodeTree")
+        self.shows(inner.nodes.new("ShaderNodeOutputMaterial"))
+        self.new("ShaderNodeGroup").node_tree = inner
+        found, ours, shown = self.pictures()
+        if bpy.app.version < (5, 0, 0):
+            self.assertEqual(found.verdict("material", "glow")["verdict"], "lost")
+            return
+        self.near(shown, numpy.array((0.2, 0.5, 0.8)), 1e-4)
+        self.near(ours, shown, 1e-4)
+
+    def test_slots_of_objects_without_a_material(self):
+        """From 5.1 on such a slot is grey, before it has the mesh's material."""
+        self.begin()
+        self.shows(self.new("ShaderNodeOutputMaterial"))
+        thing = bpy.data.objects["plane"]
+        thing.material_slots[0].link = "OBJECT"
+        thing.material_slots[0].material = None
+        _, ours, shown = self.pictures()
+        self.near(ours, shown, 0.02)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -212,6 +212,24 @@ _RESOLVED = {
 }  # fmt: skip
 
 
+# Nodes at which trees end.
+_ENDS = {"OUTPUT_MATERIAL", "OUTPUT_WORLD", "OUTPUT_LIGHT"}
+
+
+def ends_in_a_group(tree):
+    """Whether some group of a tree has an output of materials, worlds or lamps."""
+    open_trees, seen = [tree], set()
+    while open_trees:
+        inner = open_trees.pop()
+        if inner is None or inner.as_pointer() in seen:
+            continue
+        seen.add(inner.as_pointer())
+        if inner != tree and any(node.type in _ENDS for node in inner.nodes):
+            return True
+        open_trees += [node.node_tree for node in inner.nodes if node.type == "GROUP"]
+    return False
+
+
 # Types whose values lose something where a group takes those of others, and the others that they hold whole.
 _NARROW = {"VALUE": {"INT", "BOOLEAN"}, "INT": {"BOOLEAN"}, "BOOLEAN": set()}
 
@@ -234,6 +252,9 @@ def _passes_nothing(tree):
 def _asks_for_blender(tree):
     """Whether a tree has what Blender alone resolves: menus, repeated zones, closures, bundles, texts, links in a circle, constants
     that groups convert, and muted nodes that pass nothing on."""
+    # An output inside of a group counts where there is no other.
+    if ends_in_a_group(tree):
+        return True
     open_trees, seen = [tree], set()
     while open_trees:
         tree = open_trees.pop()
@@ -291,7 +312,9 @@ def output_of(data):
     if tree is None:
         return None
     if not INLINED:
-        return tree.get_output_node("CYCLES")
+        found = tree.get_output_node("CYCLES")
+        # Before 5.0 one that is muted is none.
+        return None if found is None or found.mute else found
     for idname in next(kinds for owner, kinds in _OUTPUTS if isinstance(data, owner)):
         found = [node for node in tree.nodes if node.bl_idname == idname and node.target in {"ALL", "CYCLES"}]
         if found:

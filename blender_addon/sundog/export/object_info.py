@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the Object Info node tells of an object, for SUNDOG_object."""
 
+import re
+
 import numpy
 
 
@@ -171,7 +173,7 @@ def attribute_of(places, name):
         found = place.get(name)
         if found is None:
             try:
-                found = place.path_resolve(name)
+                found = None if _is_element(place, name) else place.path_resolve(name)
             except (ValueError, AttributeError, TypeError):
                 continue
         numbers = _four(found)
@@ -180,12 +182,27 @@ def attribute_of(places, name):
     return None
 
 
+def _is_element(place, name):
+    """Whether a path leads to one number of several, which is nothing to Blender."""
+    whole = re.fullmatch(r"(.+)(\[\d+\]|\.[xyzwrgba])", name)
+    if whole is None:
+        return False
+    try:
+        return _four(place.path_resolve(whole[1])) is not None
+    except (ValueError, AttributeError, TypeError):
+        return False
+
+
 def _four(found):
     if isinstance(found, (bool, int, float)):
         return (float(found),) * 3 + (1.0,)
     try:
-        numbers = [float(v) for v in found]
+        given = list(found)
+        numbers = [float(v) for v in given]
     except (TypeError, ValueError):
+        return None
+    if any(isinstance(v, bool) for v in given):
+        # Those of true and false alone are nothing to Blender.
         return None
     return (*numbers, *(0.0, 0.0, 0.0, 1.0)[len(numbers) :]) if 1 < len(numbers) <= 4 else None
 

@@ -74,6 +74,15 @@ def _owner(shown):
     return (shown if is_own else shown.data).as_pointer()
 
 
+def _material_of(shown, number, slot):
+    """What a slot of an evaluated object shows: from 5.1 on nothing where the object itself has none there, though Blender says the mesh's."""
+    if slot.link == "OBJECT" and bpy.app.version >= (5, 1, 0):
+        own = shown.original.material_slots
+        if number < len(own) and own[number].material is None:
+            return None
+    return slot.material
+
+
 class _Described:
     """An object that another shows: its glTF mesh, whose that is in Cycles, and the SUNDOG_object that all its instances have."""
 
@@ -99,7 +108,7 @@ class Exporter:
         self.materials = materials.Writer(self.document, cache, bpy.app.version)
         # The pass shows the active UV map, which is the first that the file has.
         self.materials.first_uvs = [None] if depsgraph.view_layer.use_pass_uv else []
-        self.materials.layer = (scene, self.view_layer)
+        self.materials.layer = (self.view_layer, scene, scene.world)
         self.materials.aovs = {aov.name: aov.type for aov in self.view_layer.aovs if aov.is_valid}
         self.materials.writes_indices = depsgraph.view_layer.use_pass_material_index
         self._culling = self._light_groups = self._links = self._instances = None
@@ -294,7 +303,7 @@ class Exporter:
 
     def _slots(self, shown):
         """The materials of an evaluated object, with what the view layer shows instead."""
-        slots = [slot.material for slot in shown.material_slots] or list(shown.data.materials)
+        slots = [_material_of(shown, number, slot) for number, slot in enumerate(shown.material_slots)] or list(shown.data.materials)
         override = self._override("material")
         return [override] * max(len(slots), 1) if override is not None else slots or [None]
 

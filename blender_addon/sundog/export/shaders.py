@@ -147,6 +147,8 @@ class Reader:
             return Surface(base_color=Const(list(material.diffuse_color)[:3]))
         output = nodes.output_of(material)
         if output is None:
+            if nodes.ends_in_a_group(tree):
+                self.note_lasting(LOST, "an output inside of a group is left out: black is rendered")
             # Nothing is black.
             return Surface()
         # A light's output has a surface alone.
