@@ -305,6 +305,24 @@ class Structure(GraphTest):
         self.assertEqual(found.verdict("material", "m")["verdict"], "approximated")
         self.assertEqual(found.verdict("material", "m")["detail"], nodes.CUT)
 
+    def test_links_of_sockets_that_are_off_are_no_circles(self):
+        """Blender calls them invalid, too: what asks takes its own value, and nothing is told."""
+        for way in ("output", "input"):
+            with self.subTest(way=way):
+                self.setUp()
+                tree, glow = self.tree()
+                node = tree.nodes.new("ShaderNodeVectorMath")
+                node.operation = "LENGTH" if way == "output" else "SCALE"
+                if way == "output":
+                    tree.links.new(node.outputs["Value"], glow.inputs["Color"])
+                else:
+                    tree.links.new(self.varying(tree, 0), node.inputs["Scale"])
+                    tree.links.new(node.outputs["Vector"], glow.inputs["Color"])
+                node.operation = "ADD"
+                tree.links.new(self.varying(tree, 0), glow.inputs["Strength"])
+                verdict = self.export().verdict("material", "m")
+                self.assertEqual(verdict["verdict"], "exact", verdict["detail"])
+
     def test_circles_that_blender_does_not_see_are_cut(self):
         """The walk itself ends whatever the walker finds."""
         tree, glow = self.tree()

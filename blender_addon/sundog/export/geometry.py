@@ -25,8 +25,8 @@ COMPUTED = {
 # Names under which attributes are read that no mesh need have.
 _OWN = {"uv", "generated", "pointiness", "random_per_island"}
 
-# Raised when the layout of the files changes, so that files of older versions are not taken.
-LAYOUT = 4
+# Raised when the layout of the files or what is made of attributes changes, so that files of older versions are not taken.
+LAYOUT = 5
 
 # At the end of a mesh's file: the description of what is in it, its length, and this.
 MARK = b"sundog-2"
@@ -147,6 +147,8 @@ FIELDS = {
     "FLOAT2": ("vector", 2),
     "QUATERNION": ("value", 4),
 }
+# Kinds that Cycles has as an attribute of zeros.
+UNREAD = {"INT16_2D", "INT32_2D", "FLOAT4X4"}
 
 
 def _color(mesh, name, width):
@@ -154,14 +156,73 @@ def _color(mesh, name, width):
     if name in COMPUTED.values() or (name in _OWN and name not in mesh.attributes):
         return _computed(mesh, name.removeprefix("@"), width)
     if not name:
-        name = mesh.color_attributes.render_color_index
-        name = mesh.color_attributes[name].name if 0 <= name < len(mesh.color_attributes) else ""
+        name = _active_color(mesh)
     attribute = mesh.attributes.get(name)
-    if attribute is None or attribute.data_type not in FIELDS:
+    if attribute is None or attribute.domain not in {"POINT", "EDGE", "CORNER", "FACE"}:
         return None
-    if attribute.domain not in {"POINT", "EDGE", "CORNER", "FACE"}:
+    if attribute.data_type in UNREAD:
+        return attribute.domain.replace("EDGE", "POINT"), to_width(numpy.zeros((_count(mesh, attribute), 1), numpy.float32), width)
+    if attribute.data_type not in FIELDS:
         return None
+    if attribute.domain == "EDGE":
+        return "POINT", to_width(_of_edges(mesh, attribute), width)
     return attribute.domain, to_width(values_of(attribute), width)
+
+
+def _count(mesh, attribute):
+    """How many numbers an attribute has on the mesh; those of edges are given to vertices."""
+    return len(mesh.vertices) if attribute.domain == "EDGE" else len(attribute.data)
+
+
+def _active_color(mesh):
+    """The name of the colour attribute that is active for rendering, on whatever it is: the list of them has those of vertices and
+    corners alone."""
+    number = mesh.color_attributes.render_color_index
+    if 0 <= number < len(mesh.color_attributes):
+        return mesh.color_attributes[number].name
+    return getattr(mesh.attributes, "default_color_name", "")
+
+
+def _of_edges(mesh, attribute):
+    """What Blender makes of an attribute of edges for vertices: a mean over the edges that meet there, by the kind of its numbers."""
+    ends, count = read(mesh.edges, "vertices", numpy.int32, 2).reshape(-1), len(mesh.vertices)
+    met = numpy.maximum(numpy.bincount(ends, minlength=count), 1)[:, None]
+
+    def mean(values):
+        sums = [numpy.bincount(ends, numpy.repeat(column, 2), count) for column in values.T]
+        return (numpy.stack(sums, axis=1) / met).astype(numpy.float32)
+
+    kind = attribute.data_type
+    if kind == "BYTE_COLOR":
+        # The coded numbers are mixed, which stay of 8 bits.
+        values = numpy.floor(mean(numpy.round(read(attribute.data, "color_srgb", numpy.float32, 4) * 255)) + 1e-4) / 255
+        values[:, :3] = images.decode_srgb(values[:, :3])
+        return values
+    values = values_of(attribute)
+    if kind == "BOOLEAN":
+        # Of truths one is enough.
+        return (mean(values) > 0).astype(numpy.float32)
+    if kind == "QUATERNION":
+        return _rotations(mean(_turns(values)))
+    if kind in {"INT", "INT8"}:
+        # Halves are rounded away from zero.
+        means = mean(values)
+        return numpy.copysign(numpy.floor(numpy.abs(means) + 0.5), means)
+    return mean(values)
+
+
+def _turns(rotations):
+    """Axes of rotations (w, x, y, z), as long as their angles."""
+    length = numpy.linalg.norm(rotations[:, 1:], axis=1, keepdims=True)
+    angle = 2 * numpy.arctan2(length, rotations[:, :1])
+    return rotations[:, 1:] * numpy.divide(angle, length, out=numpy.zeros_like(angle), where=length > 0)
+
+
+def _rotations(turns):
+    """The other way round."""
+    angle = numpy.linalg.norm(turns, axis=1, keepdims=True)
+    axis = numpy.divide(turns, angle, out=numpy.zeros_like(turns), where=angle > 0)
+    return numpy.concatenate([numpy.cos(angle / 2), axis * numpy.sin(angle / 2)], axis=1).astype(numpy.float32)
 
 
 def values_of(attribute):
@@ -325,12 +386,6 @@ class Raw:
         if domain == "FACE":
             totals = numpy.diff(numpy.append(self.polygon_starts, len(self.corner_vertices)))
             return numpy.repeat(values, totals, axis=0)
-        if domain == "EDGE":
-            # As Cycles has them: the mean of all edges at the vertex.
-            ends = read(self.mesh.edges, "vertices", numpy.int32, 2).reshape(-1)
-            met = numpy.maximum(numpy.bincount(ends, minlength=len(self.positions)), 1)
-            sums = [numpy.bincount(ends, numpy.repeat(column, 2), len(self.positions)) for column in values.T]
-            return (numpy.stack(sums, axis=1) / met[:, None])[self.corner_vertices].astype(numpy.float32)
         return values
 
     def _slot_of(self, slots_in_use):

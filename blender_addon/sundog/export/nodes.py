@@ -123,7 +123,8 @@ class Walker:
                     absent[name] = ABSENT[link.from_node.type]
                 elif link.is_valid:
                     table[name] = link
-                else:
+                elif link.from_socket.enabled and link.to_socket.enabled:
+                    # Sockets that a node's settings switch off are in no circle.
                     invalid.add(name)
             self._links[key] = (tree, table, invalid, absent)
         name = (socket.node.name, socket.identifier)

@@ -148,7 +148,8 @@ class Placed:
         rows, attributes = None, {}
         for attribute in cloud.attributes:
             width, where = self.KINDS.get(attribute.data_type, (0, ""))
-            if not width:
+            # Cycles has no places of instances, whatever the points that stand for them have.
+            if not width or attribute.name == "position":
                 continue
             count = len(attribute.data)
             given = numpy.empty(count * width, bool if attribute.data_type == "BOOLEAN" else numpy.float32)
