@@ -596,6 +596,20 @@ class When(GraphTest):
                 self.assertNotEqual(after["verdict"], "exact")
                 self.assertEqual(after["detail"], f"{before['detail']}; its nodes are not evaluated as they are because of: {words}")
 
+    def test_names_of_cycles_are_no_colors(self):
+        """What Cycles makes of meshes is told as a node whose mean is used, not as a colour attribute that is white."""
+        for name in ("N", "P", "tangent", "UVMap.tangent"):
+            with self.subTest(name=name):
+                self.setUp()
+                tree, glow = self.tree()
+                node = tree.nodes.new("ShaderNodeAttribute")
+                node.attribute_name = name
+                tree.links.new(node.outputs["Vector"], glow.inputs["Color"])
+                told = self.export().verdict("material", "m")
+                self.assertEqual(told["verdict"], "approximated")
+                self.assertNotIn("colour attributes", told["detail"])
+                self.assertIn(f"Attribute ({name})", told["detail"])
+
     def test_shaders_of_hair_are_written(self):
         for kind, settings in (
             ("ShaderNodeBsdfHair", {"component": "Transmission"}),

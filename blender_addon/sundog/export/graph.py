@@ -9,7 +9,7 @@ import math
 import bpy
 
 from . import blackbody, colorspace, evaluated, images, object_info
-from .nodes import FILLING, HOLLOW, INLINED, MOST_NODES, TRUTHS, VOLUMES, Place, SceneWide, not_finite, output_of, tree_of
+from .nodes import FILLING, HOLLOW, INLINED, MOST_NODES, TRUTHS, VOLUMES, Place, SceneWide, is_cycles_own, not_finite, output_of, tree_of
 
 # Whether graphs are written at all.
 ENABLED = True
@@ -456,8 +456,7 @@ class Walk:
 def _attribute_objections(node):
     if node.type != "ATTRIBUTE" or node.attribute_type != "GEOMETRY":
         return
-    # Cycles' own names, whose spaces differ by version.
-    if node.attribute_name in {"P", "N", "tangent", "undisplaced"} or node.attribute_name.endswith((".tangent", ".tangent_sign", ".undisplaced_tangent")):
+    if is_cycles_own(node.attribute_name):
         yield f"{node.bl_label} ({node.attribute_name})"
 
 

@@ -329,6 +329,11 @@ def not_in_cycles(label):
     return f"{label}: what is linked to it has its own value, as in Cycles"
 
 
+def is_cycles_own(name):
+    """Whether an attribute is one that Cycles makes of meshes by itself, in spaces that differ by version."""
+    return name in {"P", "N", "tangent", "undisplaced"} or name.endswith((".tangent", ".tangent_sign", ".undisplaced_tangent"))
+
+
 # What is told of links that Blender calls invalid.
 CUT = "links that run in a circle are cut"
 
@@ -614,7 +619,7 @@ class Evaluator:
         return Attribute(node.layer_name, alpha=source.socket.name == "Alpha")
 
     def _node_attribute(self, source, node):
-        if node.attribute_type != "GEOMETRY" or not node.attribute_name:
+        if node.attribute_type != "GEOMETRY" or not node.attribute_name or is_cycles_own(node.attribute_name):
             return None
         if source.socket.name in {"Color", "Vector"}:
             return Attribute(node.attribute_name)
