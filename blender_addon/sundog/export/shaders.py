@@ -6,7 +6,7 @@ import math
 import bpy
 import numpy
 
-from . import colorspace, evaluated, expressions, images, nodes, volumes
+from . import colorspace, evaluated, expressions, images, inlining, nodes, volumes
 from .expressions import BLACK, ONE, WHITE, ZERO, Const, Image, Unknown, as_color, as_scalar, mix, multiply
 from .verdicts import APPROXIMATED, EXACT, LOST, Finding
 
@@ -147,7 +147,7 @@ class Reader:
             return Surface(base_color=Const(list(material.diffuse_color)[:3]))
         output = nodes.output_of(material)
         if output is None:
-            if nodes.ends_in_a_group(tree):
+            if inlining.ends_in_a_group(tree):
                 self.note_lasting(LOST, "an output inside of a group is left out: black is rendered")
             # Nothing is black.
             return Surface()
