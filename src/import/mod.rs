@@ -22,7 +22,6 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::ffi::scratch;
 use crate::math::primaries::WorkingSpace;
 use crate::math::words::counted;
 use crate::nodes::CyclesVersion;
@@ -249,7 +248,7 @@ fn environment_image(
 ) -> Result<Image, ImportError> {
     let limit = budget::Budget::for_image(bytes.len());
     if let Some(most) = taking.most_bytes {
-        scratch::keep_mapped_below(most);
+        scene::keep_mapped_below(most);
     }
     let mut image = image::decode_linear_rgb(bytes, name, &limit, taking.most_bytes)
         .map_err(|failure| ImportError::image(file, "environment image", failure))?;

@@ -33,6 +33,8 @@ pub mod validate;
 mod visibility;
 mod whole;
 
+pub use crate::ffi::scratch::keep_mapped_below;
+pub use crate::ffi::values::{Place, Values};
 pub use camera::{Aperture, Camera, Projection, SphericalStereo, Window};
 pub use diagnostics::{Diagnostic, Diagnostics, Subject, Verdict};
 pub use effect::Effect;
@@ -58,7 +60,6 @@ pub use texel::decoded;
 pub use visibility::{RayKind, Visibility};
 pub use whole::Bounds;
 
-use crate::ffi::values::Values;
 use glam::{DAffine3, DMat3};
 use std::sync::Arc;
 

@@ -34,6 +34,8 @@ class SetMaterials(kit.ExportTest):
                 made = bpy.data.node_groups.new("made", "GeometryNodeTree")
                 made.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
                 given = made.interface.new_socket("Material", in_out="INPUT", socket_type="NodeSocketMaterial")
+                # Its value is of a kind that no set takes.
+                made.interface.new_socket("Rotation", in_out="INPUT", socket_type="NodeSocketRotation")
                 made.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
                 entry, leaving = made.nodes.new("NodeGroupInput"), made.nodes.new("NodeGroupOutput")
                 ball, setting = made.nodes.new("GeometryNodeMeshUVSphere"), made.nodes.new("GeometryNodeSetMaterial")

@@ -329,23 +329,28 @@ class Writer:
 def _set_by_nodes():
     """Materials that geometry nodes may give to meshes, whatever these have of their own."""
     found = set()
+
+    def add(values):
+        # Others may have no hash, as rotations.
+        found.update(value for value in values if isinstance(value, bpy.types.Material))
+
     for tree in bpy.data.node_groups:
         if tree.bl_idname == "GeometryNodeTree":
             for node in tree.nodes:
-                found.add(getattr(node, "material", None))
-                found.update(socket.default_value for socket in node.inputs if socket.type == "MATERIAL")
-            found.update(getattr(item, "default_value", None) for item in tree.interface.items_tree)
+                add([getattr(node, "material", None)])
+                add(socket.default_value for socket in node.inputs if socket.type == "MATERIAL")
+            add(getattr(item, "default_value", None) for item in tree.interface.items_tree)
     for thing in bpy.data.objects:
         for modifier in thing.modifiers:
             if modifier.type == "NODES":
-                found.update(_values_of(modifier))
-    return {material for material in found if isinstance(material, bpy.types.Material)}
+                add(_values_of(modifier))
+    return found
 
 
 def _values_of(modifier):
     """What a modifier of geometry nodes gives to its tree; from 5.2 on that has properties of its own."""
     if not hasattr(modifier, "properties"):
-        return [value for value in modifier.values() if isinstance(value, bpy.types.Material)]
+        return list(modifier.values())
     inputs = getattr(modifier.properties, "inputs", None)
     names = inputs.bl_rna.properties.keys() if inputs is not None else ()
     return [getattr(getattr(inputs, name), "value", None) for name in names if name not in {"rna_type", "name"}]

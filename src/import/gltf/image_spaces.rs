@@ -1,10 +1,9 @@
 //! Images whose numbers are of any colour space of the scene's configuration.
 
 use crate::color::{ColorConfig, ColorError};
-use crate::ffi::values::Values;
 use crate::math::srgb;
 use crate::scene::{
-    ColorManagement, Diagnostics, Image, ImageAlpha, ImageId, Pixels, Subject, Verdict,
+    ColorManagement, Diagnostics, Image, ImageAlpha, ImageId, Pixels, Subject, Values, Verdict,
 };
 use rayon::prelude::*;
 use std::collections::HashMap;

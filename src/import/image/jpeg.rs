@@ -5,8 +5,7 @@ use zune_core::colorspace::ColorSpace;
 use zune_core::options::DecoderOptions;
 
 use super::ImageFailure;
-use crate::ffi::values::{Place, Values};
-use crate::scene::{Image, Pixels};
+use crate::scene::{Image, Pixels, Place, Values};
 use std::sync::Arc;
 
 /// Reads a picture whose size has been checked.

@@ -6,9 +6,7 @@ use std::path::PathBuf;
 use rayon::prelude::*;
 
 use super::{Budget, ImageFailure, checked_size, decode_at, halvings, reduced, to_files};
-use crate::ffi::scratch;
-use crate::ffi::values::Place;
-use crate::scene::{Diagnostics, Image, Verdict};
+use crate::scene::{self, Diagnostics, Image, Place, Verdict};
 
 /// An image as it stands in a file.
 pub(crate) struct Encoded<'a> {
@@ -134,7 +132,7 @@ pub(crate) fn decode_all(
         .map(bytes)
         .sum();
     if most < u64::MAX {
-        scratch::keep_mapped_below(most.saturating_sub(staying));
+        scene::keep_mapped_below(most.saturating_sub(staying));
     }
     let decode = |(number, (one, size)): (usize, (Encoded, Result<Size, ImageFailure>))| {
         let leaves = to_files[number];

@@ -16,11 +16,10 @@ use image::{ColorType, ImageDecoder, ImageReader};
 use rayon::prelude::*;
 use thiserror::Error;
 
-use crate::ffi::values::{Place, Values};
 use crate::import::budget::Budget;
 use crate::import::guard::guarded;
 use crate::math::srgb;
-use crate::scene::{Image, Pixels};
+use crate::scene::{Image, Pixels, Place, Values};
 
 pub(crate) use self::loading::{Bytes, Encoded, bytes_of_file, decode_all, tell_in_file};
 pub use self::openexr::ExrLayer;

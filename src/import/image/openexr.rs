@@ -14,9 +14,8 @@ use exr::prelude::*;
 use rayon::prelude::*;
 
 use super::ImageFailure;
-use crate::ffi::values::{Place, Values};
 use crate::import::guard::guarded;
-use crate::scene::{Image, Pixels};
+use crate::scene::{Image, Pixels, Place, Values};
 
 /// So many layers are named to who asks for another one.
 const NAMED_LAYERS: usize = 30;
