@@ -218,6 +218,16 @@ class Worlds(Nodes):
         self.shown(self.out("TexEnvironment", "Color", image=bpy.data.images.load(dots.filepath_raw)))
         self.compare("picture of codes")
 
+    def test_plain_pictures_between_texels(self):
+        """A plain one of floats, by splines and by the nearest texel: all were linear (relMSE 0.16 and 2.1)."""
+        dots = numpy.random.default_rng(4).integers(0, 2, (4, 8, 1)) * numpy.ones(3)
+        path = os.path.join(self.folder, "dots.exr")
+        images.write_exr(path, dots)
+        for interpolation in ("Cubic", "Smart", "Closest"):
+            self.tree()
+            self.shown(self.out("TexEnvironment", "Color", image=bpy.data.images.load(path), interpolation=interpolation))
+            self.compare(interpolation)
+
     def test_missing_pictures(self):
         """They are pink, alone and among other nodes."""
         missing = os.path.join(self.folder, "missing.exr")

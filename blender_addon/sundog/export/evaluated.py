@@ -134,7 +134,7 @@ GENERATED = {
 # What there is of nodes in the trees of worlds and of lights, where it is other than on surfaces.
 _OF_WORLDS = {
     "ShaderNodeBackground": ALL,
-    "ShaderNodeTexEnvironment": Rule({"interpolation": {"Linear", "Closest"}}),
+    "ShaderNodeTexEnvironment": ALL,
     "ShaderNodeTexSky": ALL,
     "ShaderNodeNewGeometry": Rule(
         outputs=frozenset({"Position", "Normal", "True Normal", "Incoming", "Parametric", "Backfacing"})

@@ -35,6 +35,8 @@ class _Environments(nodes.Evaluator):
     def __init__(self, walker):
         super().__init__(walker, self._never)
         self.needs_bake = self.missing = None
+        # A texture is not interpolated linearly, as plain pictures are.
+        self.is_not_linear = False
 
     def _never(self, node, place):
         self.needs_bake = self.needs_bake or f"{node.bl_label} node"
@@ -57,6 +59,7 @@ class _Environments(nodes.Evaluator):
             reason = f"image \"{node.image.name}\""
         if reason:
             self.needs_bake = self.needs_bake or reason
+        self.is_not_linear |= node.interpolation != "Linear"
         # The rotation stands in the place of the transform, so that one image turned in two ways is two.
         return Image(TextureSpec(node.image, None, rotation.reshape(-1).tolist(), (10497, 10497), node.interpolation == "Closest"))
 
@@ -154,7 +157,8 @@ def describe(world, cache, document, findings, report=None, pixel=None, as_tree=
                 # A colour would get no light samples: Cycles takes them of all that has a texture.
                 result["image"] = document.uri(_white(cache))
             return result
-        written = _coded(world, used[0].texture.image, (document, cache, report)) if as_tree else None
+        is_coded = _is_coded(used[0].texture.image) or evaluator.is_not_linear
+        written = _coded(world, (document, cache, report)) if as_tree and is_coded else None
         if written is not None:
             return {**result, "color": [1.0, 1.0, 1.0], **written}
         path = environment_file(used[0].texture.image, cache)
@@ -191,10 +195,14 @@ def _as_tree(world, written):
     return {"shader_graph": written, **({"sampling": {"resolution": resolution}} if resolution else {})}
 
 
-def _coded(world, image, place):
-    """The tree of a world that is a picture of coded numbers: between them Cycles takes their mean before it decodes it. None of
-    another, whose plain picture shows the same."""
-    if not graph.ENABLED or image.colorspace_settings.name != "sRGB" or images.holds_floats(image):
+def _is_coded(image):
+    """Whether a picture is of coded numbers: between them Cycles takes their mean before it decodes it."""
+    return image.colorspace_settings.name == "sRGB" and not images.holds_floats(image)
+
+
+def _coded(world, place):
+    """The tree of a world that is a picture, where that is not what its plain picture shows. None where that cannot be written."""
+    if not graph.ENABLED:
         return None
     document, cache, report = place
     findings = []
