@@ -1,11 +1,12 @@
 //! Texture look-ups in the precision of the image.
 
-use crate::ffi::values::Values;
 use crate::math::floor;
 use crate::math::primaries::WorkingSpace;
 use crate::math::srgb;
 use crate::scene::texel::{decoded, from_u8, from_u16, rgba};
-use crate::scene::{Image, ImageAlpha, ImageUse, Pixels, Sampler, Texture, TextureFilter, Wrap};
+use crate::scene::{
+    Image, ImageAlpha, ImageUse, Pixels, Sampler, Texture, TextureFilter, Values, Wrap,
+};
 use bytemuck::Pod;
 use glam::{Mat3, Vec2, Vec4};
 use std::sync::{Arc, OnceLock};
