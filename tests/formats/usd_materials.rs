@@ -173,7 +173,9 @@ fn places_and_patterns_are_materialxs() {
         "ND_checkerboard_color3",
         "float2 inputs:uvtiling = (2, 2)",
     ));
-    assert!(top[0] > 0.9 && last[0] > 0.9 && right[0] < 0.1 && bottom[0] < 0.1);
+    // The filter of a pixel reaches a little into the other quarters.
+    let (white, black) = (top[0].min(last[0]), right[0].max(bottom[0]));
+    assert!(white > 0.7 && black < 0.3, "{white} {black}");
     let [top, _, bottom, _] = quarters(&node(
         "ND_ramp4_color3",
         "color3f inputs:valuetl = (1, 0, 0)",
