@@ -14,6 +14,7 @@ if ! cmp -s <(gzip -dc "$scripts/profile/sundog.profdata.gz") "$profile"; then
     gzip -dc "$scripts/profile/sundog.profdata.gz" >"$new"
     mv "$new" "$profile"
 fi
-# Functions that changed since the profile was made have none; that is no news. What is inlined before the counts are looked up depends on
-# how rustc deals functions out to the parts that it compiles, so that a change in one would lose the counts of others: nothing is.
+# Functions that changed since the profile was made have none; that is no news. But another version of a library in Cargo.toml, or other features
+# of one, give all functions other names, and the whole profile is lost (8 to 13 % more instructions): scripts/profile.sh makes another.
+# What is inlined before the counts are looked up depends on how rustc deals functions out to the parts that it compiles, so that a change in one would lose the counts of others: nothing is.
 echo "-C profile-use=$profile -C llvm-args=-no-pgo-warn-mismatch -C llvm-args=-disable-preinline"

@@ -3,7 +3,7 @@
 //! The system counts a mapped page as the process's own as soon as it is touched. A thread looks every few milliseconds, and
 //! takes the pages off the process where they are too many: they stay in the file, and come back when they are asked for.
 
-use memmap2::{MmapMut, MmapOptions};
+use memmap2::{MmapOptions, MmapRaw, UncheckedAdvice};
 use rustix::fs::{FallocateFlags, fallocate, fstatfs};
 use rustix::io::Errno;
 use std::fs::File;
@@ -11,7 +11,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::ptr::NonNull;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 /// The number by which Linux knows a file system in memory (`statfs(2)`).
@@ -23,16 +23,14 @@ const LOOK: Duration = Duration::from_millis(2);
 /// Bytes of scratch files that may be mapped at a time.
 static MOST_MAPPED: AtomicU64 = AtomicU64::new(u64::MAX);
 
-/// Who takes pages off holds the lock, and so does who ends a mapping.
 static MAPPED: Mutex<Mapped> = Mutex::new(Mapped {
-    places: Vec::new(),
+    maps: Vec::new(),
     watched: false,
 });
 
 /// What is mapped.
 struct Mapped {
-    /// Addresses and lengths.
-    places: Vec<(usize, usize)>,
+    maps: Vec<Arc<MmapRaw>>,
     /// A thread looks after them.
     watched: bool,
 }
@@ -52,7 +50,7 @@ pub fn keep_mapped_below(bytes: u64) {
 /// Bytes that can be written, in a scratch file, at first all 0.
 #[derive(Debug)]
 pub struct Scratch {
-    map: MmapMut,
+    map: Arc<MmapRaw>,
 }
 
 impl Scratch {
@@ -61,11 +59,9 @@ impl Scratch {
     pub fn new(bytes: usize) -> io::Result<Self> {
         let file = file()?;
         reserve(&file, bytes as u64)?;
-        // SAFETY: the file has no name and its one handle is here: nobody else changes it or makes it shorter.
-        let mut map = unsafe { MmapOptions::new().len(bytes).map_mut(&file)? };
-        let place = (map.as_mut_ptr().expose_provenance(), bytes);
+        let map = Arc::new(MmapOptions::new().len(bytes).map_raw(&file)?);
         let mut all = mapped();
-        all.places.push(place);
+        all.maps.push(map.clone());
         if !all.watched {
             let before = shared_bytes();
             let thread = std::thread::Builder::new().name("scratch".into());
@@ -75,16 +71,15 @@ impl Scratch {
         Ok(Self { map })
     }
 
-    /// Where the bytes begin; they do not move.
-    pub fn start(&mut self) -> NonNull<u8> {
-        NonNull::from(&mut *self.map).cast()
+    /// Where the bytes begin; they do not move, and nobody else writes to them, as the file has no name.
+    pub fn start(&self) -> NonNull<u8> {
+        NonNull::new(self.map.as_mut_ptr()).unwrap_or(NonNull::dangling())
     }
 }
 
 impl Drop for Scratch {
     fn drop(&mut self) {
-        let start = self.map.as_ptr().addr();
-        mapped().places.retain(|&(other, _)| other != start);
+        mapped().maps.retain(|other| !Arc::ptr_eq(other, &self.map));
     }
 }
 
@@ -93,28 +88,30 @@ fn watch(before: u64) {
     loop {
         std::thread::sleep(LOOK);
         let mut all = mapped();
-        if all.places.is_empty() {
+        if all.maps.is_empty() {
             all.watched = false;
             return;
         }
         if shared_bytes().saturating_sub(before) <= MOST_MAPPED.load(Ordering::Relaxed) {
             continue;
         }
-        for &(start, length) in &all.places {
-            let start = std::ptr::with_exposed_provenance_mut(start);
-            // SAFETY: the mapping is there as long as it is in the list, and is shared with its file: what was written stays in it.
-            // Where it fails, pages stay.
-            let _ =
-                unsafe { rustix::mm::madvise(start, length, rustix::mm::Advice::LinuxDontNeed) };
+        for map in &all.maps {
+            // SAFETY: the mapping is shared with its file: what was written stays in it. Where it fails, pages stay.
+            let _ = unsafe { map.unchecked_advise(UncheckedAdvice::DontNeed) };
         }
     }
 }
 
-/// Bytes of files that are mapped into the process and there (`proc_pid_statm(5)`, field 3); 0 where the system does not say.
+/// Bytes of files that are mapped into the process and there (`proc_pid_status(5)`); 0 where the system does not say.
 fn shared_bytes() -> u64 {
-    let told = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
-    let pages = told.split_whitespace().nth(2).and_then(|n| n.parse().ok());
-    pages.unwrap_or(0) * rustix::param::page_size() as u64
+    let told = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let kib = told.lines().filter_map(|line| {
+        let value = line
+            .strip_prefix("RssFile:")
+            .or(line.strip_prefix("RssShmem:"))?;
+        value.trim().trim_end_matches(" kB").parse::<u64>().ok()
+    });
+    kib.sum::<u64>() << 10
 }
 
 /// Makes a file so long, with room on the disk: a mapping that has none ends the process when it is written to.

@@ -48,7 +48,7 @@ impl<T: Pod> Values<T> {
         if bytes == 0 {
             return Ok(Vec::new().into());
         }
-        let mut scratch = Scratch::new(bytes)?;
+        let scratch = Scratch::new(bytes)?;
         Ok(Self {
             // A page begins where any number may.
             start: scratch.start().cast(),
