@@ -2,16 +2,12 @@
 
 use super::materialx_nodes::mixed;
 use super::network::{Network, Term};
-use super::preview::each;
+use super::preview::{ADD, MULTIPLY, SUBTRACT, each};
 use super::source::View;
 use crate::nodes::color::ColorModel;
 use crate::nodes::math::Math;
 use crate::nodes::vector_math::VectorMath;
 use crate::scene::graph::{Function, Input, Link};
-
-const ADD: (Math, VectorMath) = (Math::Add, VectorMath::Add);
-const SUBTRACT: (Math, VectorMath) = (Math::Subtract, VectorMath::Subtract);
-const MULTIPLY: (Math, VectorMath) = (Math::Multiply, VectorMath::Multiply);
 
 /// What a node gives, if it is one of these.
 pub(super) fn node(

@@ -2,7 +2,7 @@
 
 use super::materialx::is_connected;
 use super::network::{Found, Network, Term};
-use super::preview::{self, DEFAULT_UV, each};
+use super::preview::{self, ADD, DEFAULT_UV, MULTIPLY, SUBTRACT, each};
 use super::source::View;
 use super::value;
 use super::{materialx_blends, materialx_places};
@@ -450,29 +450,17 @@ fn place2d(network: &mut Network, shader: &View) -> Term {
     let rotate = network.input_or(shader, "rotate", Term::number(0.0));
     let axis = Term::color([0.0, 0.0, -1.0]);
     let rotates_first = network.plain(shader, "operationorder") == Some(1.0);
-    let mut at = each(
-        network,
-        (Math::Subtract, VectorMath::Subtract),
-        &[from, pivot],
-    );
+    let mut at = each(network, SUBTRACT, &[from, pivot]);
     if rotates_first {
-        at = each(
-            network,
-            (Math::Subtract, VectorMath::Subtract),
-            &[at, offset],
-        );
+        at = each(network, SUBTRACT, &[at, offset]);
         at = turned(network, at, rotate, axis, 2);
         at = each(network, (Math::Divide, VectorMath::Divide), &[at, scale]);
     } else {
         at = each(network, (Math::Divide, VectorMath::Divide), &[at, scale]);
         at = turned(network, at, rotate, axis, 2);
-        at = each(
-            network,
-            (Math::Subtract, VectorMath::Subtract),
-            &[at, offset],
-        );
+        at = each(network, SUBTRACT, &[at, offset]);
     }
-    let at = each(network, (Math::Add, VectorMath::Add), &[at, pivot]);
+    let at = each(network, ADD, &[at, pivot]);
     Term { size: 2, ..at }
 }
 
@@ -509,16 +497,8 @@ fn image(network: &mut Network, shader: &View, name: &str, operation: &str) -> O
     if operation == "tiledimage" {
         let tiling = network.input_or(shader, "uvtiling", Term::color([1.0; 3]));
         let offset = network.input_or(shader, "uvoffset", Term::color([0.0; 3]));
-        at = each(
-            network,
-            (Math::Multiply, VectorMath::Multiply),
-            &[at, tiling],
-        );
-        at = each(
-            network,
-            (Math::Subtract, VectorMath::Subtract),
-            &[at, offset],
-        );
+        at = each(network, MULTIPLY, &[at, tiling]);
+        at = each(network, SUBTRACT, &[at, offset]);
     }
     let wrap = |word: Option<String>| match word.as_deref() {
         Some("clamp") => Wrap::Clamp,

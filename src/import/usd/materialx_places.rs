@@ -2,7 +2,7 @@
 
 use super::materialx_nodes::{coordinates, follow_uvs, mixed};
 use super::network::{Network, Term};
-use super::preview::each;
+use super::preview::{ADD, MULTIPLY, SUBTRACT, each};
 use super::source::View;
 use super::value;
 use crate::nodes::math::Math;
@@ -10,9 +10,6 @@ use crate::nodes::vector_math::VectorMath;
 use crate::nodes::{Dimensions, NoiseSettings, NoiseType};
 use crate::scene::graph::function::{PlaceInput, ProceduralTexture, Space, Transformed};
 use crate::scene::graph::{Function, Input, Link};
-
-const MULTIPLY: (Math, VectorMath) = (Math::Multiply, VectorMath::Multiply);
-const ADD: (Math, VectorMath) = (Math::Add, VectorMath::Add);
 
 /// What a node gives, if it is one of these.
 pub(super) fn node(
@@ -233,11 +230,7 @@ fn checkerboard(network: &mut Network, shader: &View, size: u8) -> Term {
     let tiling = network.input_or(shader, "uvtiling", Term::color([8.0; 3]));
     let offset = network.input_or(shader, "uvoffset", Term::color([0.0; 3]));
     let at = each(network, MULTIPLY, &[at, tiling]);
-    let at = each(
-        network,
-        (Math::Subtract, VectorMath::Subtract),
-        &[at, offset],
-    );
+    let at = each(network, SUBTRACT, &[at, offset]);
     let whole = network.vector(VectorMath::Floor, &[at.rgb]);
     let sum = network.vector(
         VectorMath::DotProduct,

@@ -399,6 +399,11 @@ pub(super) fn image(
     })
 }
 
+/// Operations of one number and of several, for [`each`].
+pub(super) const ADD: (Math, VectorMath) = (Math::Add, VectorMath::Add);
+pub(super) const SUBTRACT: (Math, VectorMath) = (Math::Subtract, VectorMath::Subtract);
+pub(super) const MULTIPLY: (Math, VectorMath) = (Math::Multiply, VectorMath::Multiply);
+
 /// All of a term's numbers by one operation.
 pub(super) fn each(
     network: &mut Network,
