@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The working space of a .blend (Blender 5.0 and later): what is written, and the picture against Cycles'."""
 
+import itertools
 import os
 import unittest
 from unittest import mock
@@ -41,13 +42,13 @@ class WorkingSpace(kit.ExportTest):
         image.colorspace_settings.name = space
         return image
 
-    def textured(self, name, image, place, turned=False):
+    def textured(self, name, image, place, interpolation, turned=False):
         material = kit.material(name)
         tree = material.node_tree
         principled = next(n for n in tree.nodes if n.type == "BSDF_PRINCIPLED")
         principled.inputs["Specular IOR Level"].default_value = 0
         node = tree.nodes.new("ShaderNodeTexImage")
-        node.image, node.interpolation = image, "Closest"
+        node.image, node.interpolation = image, interpolation
         color = node.outputs["Color"]
         if turned:
             # What cannot be written as it stands is computed here.
@@ -75,13 +76,13 @@ class WorkingSpace(kit.ExportTest):
         painted.materials.append(material)
         self.link(name, painted, location=place)
 
-    def scene_in(self, space):
+    def scene_in(self, space, interpolation="Closest"):
         set_space(space)
         # In the order of the columns of blocks.
-        self.textured("png", self.picture("a", ".png", "sRGB"), (-3, 1, 0))
-        self.textured("exr", self.picture("b", ".exr", "Linear Rec.709"), (-1, 1, 0))
-        self.textured("acescg", self.picture("c", ".exr", "ACEScg"), (1, 1, 0))
-        self.textured("computed", self.picture("d", ".png", "sRGB"), (3, 1, 0), turned=True)
+        self.textured("png", self.picture("a", ".png", "sRGB"), (-3, 1, 0), interpolation)
+        self.textured("exr", self.picture("b", ".exr", "Linear Rec.709"), (-1, 1, 0), interpolation)
+        self.textured("acescg", self.picture("c", ".exr", "ACEScg"), (1, 1, 0), interpolation)
+        self.textured("computed", self.picture("d", ".png", "sRGB"), (3, 1, 0), interpolation, turned=True)
         self.painted("painted", "CORNER", (-3, -1, 0))
         self.painted("by point", "POINT", (-1, -1, 0))
         glowing, grey = bpy.data.materials.new("glowing"), bpy.data.materials.new("grey")
@@ -112,15 +113,16 @@ class WorkingSpace(kit.ExportTest):
         render.resolution_x, render.resolution_y, render.resolution_percentage = 64, 32, 100
 
     def test_pictures_are_those_of_cycles(self):
-        for space in SPACES:
-            with self.subTest(space=space):
+        # Between texels other spaces than Rec.709 have light, not codes.
+        for space, interpolation in itertools.product(SPACES, ("Linear", "Closest")):
+            with self.subTest(space=space, interpolation=interpolation):
                 self.setUp()
-                self.scene_in(space)
+                self.scene_in(space, interpolation)
                 found = self.export()
                 self.assertEqual(found.scene().get("working_space", SPACES[0]), space)
                 self.assertEqual(found.info()["working_space"], space)
-                seen = blocks(kit.cycles_pixels(64, 32, 256))
-                got = blocks(kit.rendered(found.path, 64, 32, 256))
+                seen = blocks(kit.cycles_pixels(64, 32, 1024))
+                got = blocks(kit.rendered(found.path, 64, 32, 1024))
                 # A black body of 1500 K has no blue in Rec.709.
                 worst = numpy.abs(got - seen) / numpy.maximum(seen, 1e-6)
                 self.assertLess(worst.max(), 0.01, f"{worst.max(axis=2)}")
@@ -132,26 +134,29 @@ class WorkingSpace(kit.ExportTest):
                     self.assertGreater((numpy.abs(wrong - seen) / numpy.maximum(seen, 1e-6)).max(), 0.2)
 
     def test_environment_image(self):
-        for extension, space in ((".png", "sRGB"), (".exr", "Linear Rec.709"), (".exr", "ACEScg")):
-            with self.subTest(extension=extension, space=space):
+        pictures = ((".png", "sRGB"), (".exr", "Linear Rec.709"), (".exr", "ACEScg"))
+        for (extension, space), interpolation in itertools.product(pictures, ("Linear", "Closest")):
+            with self.subTest(extension=extension, space=space, interpolation=interpolation):
                 self.setUp()
                 set_space("ACEScg")
                 world = self.scene.world = bpy.data.worlds.new("world")
                 tree = world.node_tree
                 node = tree.nodes.new("ShaderNodeTexEnvironment")
-                node.image, node.interpolation = self.picture("sky", extension, space), "Closest"
+                node.image, node.interpolation = self.picture("sky", extension, space), interpolation
                 background = next(n for n in tree.nodes if n.type == "BACKGROUND")
                 tree.links.new(node.outputs["Color"], background.inputs["Color"])
                 data = self.camera.data
                 data.type, data.panorama_type = "PANO", "EQUIRECTANGULAR"
                 found = self.export()
                 self.assertEqual(found.verdict("world", "world")["verdict"], "exact")
-                # The file itself, where its numbers are those of the scene after the program's own decoding. Codes stand in a tree.
+                # The file itself, where its numbers are those of the scene after the program's own decoding.
+                # Codes stand in a tree, and so does what is not interpolated linearly.
                 shown = found.scene()["world"]
-                self.assertEqual("shader_graph" in shown, space == "sRGB")
-                shown = found["images"][0]["uri"] if space == "sRGB" else shown["image"]
+                in_tree = space == "sRGB" or interpolation != "Linear"
+                self.assertEqual("shader_graph" in shown, in_tree)
+                shown = found["images"][0]["uri"] if in_tree else shown["image"]
                 own = os.path.basename(shown) == f"sky{extension}"
-                self.assertEqual(own, space != "Linear Rec.709")
+                self.assertEqual(own, in_tree or space != "Linear Rec.709")
                 seen, got = kit.cycles_pixels(32, 16, 16), kit.rendered(found.path, 32, 16, 16)
                 self.assertLess(numpy.median(numpy.abs(got - seen)), 0.01 * seen.max())
                 self.near(got.mean(axis=(0, 1)), seen.mean(axis=(0, 1)), 0.01)

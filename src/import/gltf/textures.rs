@@ -12,8 +12,10 @@ use serde_json::Value;
 
 use super::container::{Document, Located};
 use super::image_spaces::Conversion;
+use super::scene_extension::working_space;
 use crate::import::ImportError;
 use crate::import::image::{self, Bytes, Encoded, Format};
+use crate::math::primaries::WorkingSpace;
 use crate::scene::graph::Graph;
 use crate::scene::{
     self, CoatNormal, Diagnostics, ImageAlpha, ImageId, MetallicRoughness, NormalTexture, Sampler,
@@ -94,6 +96,9 @@ impl<'a> Images<'a> {
     ) -> Result<Option<Texture>, ImportError> {
         let document = self.document;
         let broken = |problem: String| ImportError::malformed(&document.file, owner, problem);
+        // Cycles keeps codes of sRGB for scenes in Rec.709 alone.
+        let codes_are_kept =
+            document.is_as_cycles_shows() && working_space(document) == WorkingSpace::default();
         let texture = document
             .core
             .textures
@@ -108,14 +113,14 @@ impl<'a> Images<'a> {
                     ))
                 })?;
                 let weighted = self.is_weighted(number, owner, diagnostics);
-                let mut sampler = read_sampler(sampler, self.document.is_as_cycles_shows());
+                let mut sampler = read_sampler(sampler, codes_are_kept);
                 if weighted.map_err(broken)? {
                     sampler.alpha = ImageAlpha::WEIGHTED;
                 }
                 sampler
             }
             None => Sampler {
-                filter: linear(self.document.is_as_cycles_shows()),
+                filter: linear(codes_are_kept),
                 ..Sampler::default()
             },
         };

@@ -2,6 +2,7 @@
 
 use super::{NodeJson, Reader, Refusal, SocketJson, Stop};
 use crate::import::gltf::image_spaces::Conversion;
+use crate::math::primaries::WorkingSpace;
 use crate::nodes::CyclesVersion;
 use crate::nodes::math::Math;
 use crate::nodes::vector_math::VectorMath;
@@ -400,8 +401,10 @@ impl Reader<'_, '_, '_> {
         } else {
             ImageUse::Color
         };
-        // Codes of sRGB are decoded after interpolation, but floats are no codes here.
-        let decoded_later = space == "sRGB" && image.get("is_float") != Some(&Value::Bool(true));
+        // Codes of sRGB are decoded after interpolation in Rec.709 alone, as Cycles keeps no codes of other spaces. Floats are none.
+        let decoded_later = space == "sRGB"
+            && self.linear_names[0] == WorkingSpace::default().name()
+            && image.get("is_float") != Some(&Value::Bool(true));
         let conversion = (!decoded_later && !data && !is_linear).then(|| Conversion {
             space: space.to_owned(),
             alpha: match alpha {
