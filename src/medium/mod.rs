@@ -7,12 +7,14 @@ pub mod particles;
 mod passing;
 mod phase;
 pub mod profile;
+mod share;
 pub mod tracking;
 pub mod walk;
 
 pub use equiangular::Equiangular;
 pub use passing::Passing;
 pub use phase::{Lobe, Phase};
+pub use share::share;
 
 use glam::Vec3;
 

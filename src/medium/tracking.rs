@@ -339,10 +339,10 @@ impl March<'_> {
 
 /// After so many collisions below one bound light has but channels that meet far less than the bound says: a quarter of it is their
 /// bound from there on. Else what is thick for blue light alone takes a collision a free path of blue light, on the whole way.
-const MOST_COLLISIONS: u32 = 4096;
+pub(super) const MOST_COLLISIONS: u32 = 4096;
 
 /// Bounds that hold up to a distance along a ray.
-trait Bounds {
+pub(super) trait Bounds {
     /// Their sum.
     fn majorant(&self) -> f32;
     /// How far all of them hold.
@@ -455,7 +455,7 @@ fn collide_below<T, B: Bounds + ?Sized>(
 const FAINT: f32 = 1.0 / 16.0;
 
 /// Ends faint light by roulette: what is left of a weight; zero where it ends.
-fn survivor(weight: Vec3, faint: Vec3, draw: impl FnOnce() -> f32) -> Vec3 {
+pub(super) fn survivor(weight: Vec3, faint: Vec3, draw: impl FnOnce() -> f32) -> Vec3 {
     let left = faint.abs().max_element();
     if left >= FAINT {
         return weight;
@@ -470,30 +470,9 @@ fn survivor(weight: Vec3, faint: Vec3, draw: impl FnOnce() -> f32) -> Vec3 {
 
 /// The most that a channel meets that has light; 0 where that is not finite, which bounds nothing.
 #[inline]
-fn met(extinction: Vec3, light: Vec3) -> f32 {
+pub(super) fn met(extinction: Vec3, light: Vec3) -> f32 {
     let most = Vec3::select(light.cmpne(Vec3::ZERO), extinction, Vec3::ZERO).max_element();
     if most < f32::INFINITY { most } else { 0.0 }
-}
-
-/// The share of light that comes from one distance to another, by ratio tracking: right in the mean.
-pub fn ratio(
-    marches: &mut [March<'_>],
-    even: f32,
-    span: (f32, f32),
-    mut draw: impl FnMut() -> f32,
-    mut local: impl FnMut(f32) -> Local,
-) -> Vec3 {
-    let mut share = Vec3::ONE;
-    // Two streams of one: the distances' and the roulette's.
-    let draw = std::cell::RefCell::new(&mut draw);
-    let next = || (draw.borrow_mut())();
-    collide(marches, even, span, next, |t, majorant| {
-        let extinction = local(t).extinction;
-        share *= Vec3::ONE - extinction / majorant;
-        share = survivor(share, share, next);
-        ((share == Vec3::ZERO).then_some(()), met(extinction, share))
-    });
-    share
 }
 
 /// Where light of a throughput is scattered between two distances, with the weight of that, and what the way adds to it.
@@ -542,6 +521,64 @@ pub fn fly(
         None => Flight::Through(weight),
     };
     (flight, emitted)
+}
+
+/// What a whole way through media does to light: where it may be scattered, with what all places weigh together there, and the share
+/// that comes through.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gathered {
+    /// A place, with the weight of light that is scattered there, in the place of all of them; none where nothing is.
+    pub scattered: Option<(f32, Vec3)>,
+    /// What comes through.
+    pub through: Vec3,
+    /// What the way adds.
+    pub emitted: Vec3,
+}
+
+/// Asks for what is at distances along a way.
+pub trait Places {
+    /// What is there.
+    fn local(&mut self, t: f32) -> Local;
+    /// The last one that was asked for is where light is scattered, so far.
+    fn keep(&mut self);
+}
+
+/// Goes the whole way, wherever light of a throughput is scattered: each collision is a place where it may be, and one of them is drawn
+/// by how much (as Xu et al., *Volume Scattering Probability Guiding*, 2024, collect theirs).
+pub fn gather(
+    marches: &mut [March<'_>],
+    even: f32,
+    span: (f32, f32),
+    throughput: Vec3,
+    mut draw: impl FnMut() -> f32,
+    places: &mut impl Places,
+) -> Gathered {
+    let (mut through, mut emitted) = (Vec3::ONE, Vec3::ZERO);
+    let (mut scattered, mut all) = (None, 0.0f32);
+    let draw = std::cell::RefCell::new(&mut draw);
+    let next = || (draw.borrow_mut())();
+    collide(marches, even, span, next, |t, majorant| {
+        let local = places.local(t);
+        emitted += through * local.emission / majorant;
+        let here = through * local.scattering / majorant;
+        let worth = average((throughput * here).abs());
+        if worth > 0.0 {
+            all += worth;
+            if scattered.is_none() || next() * all < worth {
+                scattered = Some((t, here / worth));
+                places.keep();
+            }
+        }
+        through *= (Vec3::splat(majorant) - local.extinction) / majorant;
+        through = survivor(through, through, next);
+        let met = met(local.extinction, through);
+        ((through == Vec3::ZERO).then_some(()), met)
+    });
+    Gathered {
+        scattered: scattered.map(|(t, unit)| (t, unit * all)),
+        through,
+        emitted,
+    }
 }
 
 #[cfg(test)]

@@ -12,8 +12,8 @@ use super::{Hit, Passage, Sender, World};
 use crate::effects::{Effect, General};
 use crate::light::emissive::Eye;
 use crate::math::float::SHADOW_RAY_SHARE;
-use crate::medium::tracking::{self, Local, March};
-use crate::medium::{Flight, Lobe, Medium, transmittance};
+use crate::medium::tracking::{self, Gathered, Local, March, Places};
+use crate::medium::{self, Flight, Lobe, Medium, transmittance};
 use crate::scene::graph::Graph;
 use crate::scene::{self, Instance, RayKind, Scene};
 use arrayvec::ArrayVec;
@@ -71,6 +71,15 @@ pub struct Flown {
     pub there: Medium,
 }
 
+/// What light meets on a whole way through what varies.
+#[derive(Clone, Debug)]
+pub struct Met {
+    /// What becomes of it.
+    pub gathered: Gathered,
+    /// What is where it is scattered.
+    pub there: Medium,
+}
+
 /// A ray through media, from a distance to another along it.
 #[derive(Clone, Copy, Debug)]
 pub struct Way {
@@ -112,6 +121,39 @@ fn kept(
     let medium = medium?;
     let is_kept = effects.contains(medium.effect()?);
     is_kept.then(|| (prepared(medium), medium.varying.as_deref()))
+}
+
+/// What is at a point, with its lobes.
+fn at(local: Local, lobes: Vec<Lobe>) -> Medium {
+    Medium {
+        extinction: local.extinction,
+        scattering: local.scattering,
+        emission: local.emission,
+        lobes,
+    }
+}
+
+/// Places along a way, with the lobes of the last one and of the one that is kept.
+struct Along<'a> {
+    around: (&'a [&'a Varying], &'a Medium),
+    way: &'a Way,
+    asking: Asking<'a>,
+    last: (Local, Vec<Lobe>),
+    kept: (Local, Vec<Lobe>),
+}
+
+impl Places for Along<'_> {
+    fn local(&mut self, t: f32) -> Local {
+        let (last, lobes) = &mut self.last;
+        lobes.clear();
+        let point = self.way.origin + self.way.direction * t;
+        *last = World::local(self.around, point, &self.asking, Some(lobes));
+        *last
+    }
+
+    fn keep(&mut self) {
+        std::mem::swap(&mut self.last, &mut self.kept);
+    }
 }
 
 impl Within {
@@ -418,12 +460,39 @@ impl World {
         Flown {
             flight,
             emitted,
-            there: Medium {
-                extinction: last.extinction,
-                scattering: last.scattering,
-                emission: last.emission,
-                lobes,
-            },
+            there: at(last, lobes),
+        }
+    }
+
+    /// What light of a throughput meets on the whole way through what varies, on a ray of a sender.
+    #[cold]
+    #[inline(never)]
+    pub fn gather(
+        &self,
+        within: &Within,
+        (way, sender): (&Way, &Sender),
+        throughput: Vec3,
+        mut draws: Draws,
+    ) -> Met {
+        let asking = Asking::within(sender, way.direction);
+        let varying = self.varying(&within.objects);
+        let even = within.medium.extinction.max_element();
+        let mut places = Along {
+            around: (&varying, &within.medium),
+            way,
+            asking,
+            last: (Local::default(), Vec::new()),
+            kept: (Local::default(), Vec::new()),
+        };
+        let gathered = Self::with_marches(&varying, way, |marches| {
+            let draw = || draws.draw();
+            tracking::gather(marches, even, way.span, throughput, draw, &mut places)
+        });
+        let (last, mut lobes) = places.kept;
+        lobes.splice(..0, within.medium.lobes.iter().cloned());
+        Met {
+            gathered,
+            there: at(last, lobes),
         }
     }
 
@@ -451,10 +520,10 @@ impl World {
             let point = way.origin + way.direction * t;
             Self::local((&varying, &Medium::EMPTY), point, &asking, None)
         };
-        let ratio = |marches: &mut [March<'_>]| {
-            tracking::ratio(marches, 0.0, way.span, || draws.draw(), local)
+        let share = |marches: &mut [March<'_>]| {
+            medium::share(marches, 0.0, way.span, || draws.draw(), local)
         };
-        passed * Self::with_marches(&varying, way, ratio)
+        passed * Self::with_marches(&varying, way, share)
     }
 
     fn sum_up(&self, within: &mut Within) {

@@ -38,7 +38,7 @@ pub use asking::{Asking, Past, Sender, Widening};
 pub use displacement::displace;
 pub use draws::Draws;
 pub use interfaces::Passage;
-pub use media::{Flown, Way, Within};
+pub use media::{Flown, Met, Way, Within};
 pub use nesting::OtherSide;
 pub use place::HitPoint;
 pub use strand::LeftStrand;

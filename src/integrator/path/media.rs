@@ -6,9 +6,10 @@ use crate::film::light_passes::PassSink;
 use crate::integrator::record::{End, Lit, Record, Step};
 use crate::light::{Along, Drawn, LightSample, Pivot};
 use crate::math::average;
+use crate::medium::tracking::Gathered;
 use crate::medium::{Equiangular, Flight, Medium, transmittance};
 use crate::sampler::{Dimension, hashed};
-use crate::world::{Draws, Flown, Hit, Passage, Past, RayKind, Sender, Way, Within, World};
+use crate::world::{Draws, Flown, Hit, Met, Passage, Past, RayKind, Sender, Way, Within, World};
 use glam::Vec3;
 
 /// Tells the numbers of flights from those of opacity.
@@ -106,7 +107,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     #[inline(never)]
     pub(super) fn fly(&mut self, far: f32, is_end: bool) -> Option<Event> {
         if self.beside.within.varies {
-            return self.fly_through_what_varies(far);
+            return self.fly_through_what_varies(far, is_end);
         }
         if self.beside.within.medium.is_clear() {
             return None;
@@ -160,18 +161,23 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         let light = self.throughput.max(Vec3::ZERO);
         let scattered = light * self.beside.within.medium.albedo();
         let albedo = scattered.element_sum() / light.element_sum();
-        let is_last = self.bounce + 1 > self.settings.bounces
-            || self.beside.scattered_in_media + 1 > self.settings.volume_limit;
-        let share = if is_last && self.world.lights.are_all_near() {
-            LAST_WORTH
-        } else {
-            1.0
-        };
+        let share = self.worth_by_bounces();
         // Free of rounding where all is scattered.
         if albedo > 1.0 - 1e-6 || !albedo.is_finite() {
             share
         } else {
             (albedo * share).max(1e-3)
+        }
+    }
+
+    /// The same, of light that is all scattered.
+    fn worth_by_bounces(&self) -> f32 {
+        let is_last = self.bounce + 1 > self.settings.bounces
+            || self.beside.scattered_in_media + 1 > self.settings.volume_limit;
+        if is_last && self.world.lights.are_all_near() {
+            LAST_WORTH
+        } else {
+            1.0
         }
     }
 
@@ -193,7 +199,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     }
 
     /// The same where the media vary.
-    fn fly_through_what_varies(&mut self, far: f32) -> Option<Event> {
+    fn fly_through_what_varies(&mut self, far: f32, is_end: bool) -> Option<Event> {
         let start = self.span.0 - self.beside.skipped;
         let way = Way {
             origin: self.origin,
@@ -206,6 +212,11 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         } else {
             Some(self.flight_number())
         };
+        if let Some(u) = first
+            && self.bounce == 0
+        {
+            return self.gather_on_the_way(&way, (key, u), is_end);
+        }
         let draws = Draws::beginning(key, FLIGHT ^ self.passed, first);
         let light = (self.throughput, !self.last);
         let past = self.past();
@@ -234,6 +245,83 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                 self.throughput *= weight;
                 None
             }
+        }
+    }
+
+    /// The same where the camera looks through them: light is looked for on the whole way, wherever the path itself goes on.
+    fn gather_on_the_way(
+        &mut self,
+        way: &Way,
+        (key, u): (u32, f32),
+        is_end: bool,
+    ) -> Option<Event> {
+        let numbers = self.sampler.quadruple(Dimension::Light, self.bounce);
+        let draws = Draws::beginning(key, FLIGHT ^ self.passed, Some(numbers.w));
+        let past = self.past();
+        let sender = self.sender(&past);
+        let Met { gathered, there } =
+            self.world
+                .gather(&self.beside.within, (way, &sender), self.throughput, draws);
+        let Gathered {
+            scattered,
+            through,
+            emitted,
+        } = gathered;
+        if emitted != Vec3::ZERO && emitted.is_finite() {
+            let found = self.throughput * emitted;
+            self.light.add_found(self.settings, found, self.bounce);
+        }
+        let Some((t, weight)) = scattered else {
+            self.throughput *= through;
+            return None;
+        };
+        let point = way.origin + way.direction * t;
+        self.add_light_at(point, &there, weight, numbers.truncate());
+        let of = |share: Vec3| average((self.throughput * share).abs());
+        let (scatters, passes) = (of(weight), of(through));
+        let worth = if is_end {
+            f32::INFINITY
+        } else {
+            self.worth_by_bounces()
+        };
+        // How often light comes so, and how often it is drawn.
+        let by_light = scatters / (scatters + passes);
+        let often = if passes == 0.0 || worth == f32::INFINITY {
+            1.0
+        } else {
+            scatters * worth / (scatters * worth + passes)
+        };
+        if u < often {
+            self.clamp_as_if(by_light / often);
+            self.throughput *= weight / often;
+            Some(Event {
+                distance: t,
+                is_lit: true,
+                there: Some(there),
+            })
+        } else {
+            self.clamp_as_if((1.0 - by_light) / (1.0 - often));
+            self.throughput *= through / (1.0 - often);
+            None
+        }
+    }
+
+    /// Adds light of a sampled light at a point of a medium, with a weight.
+    fn add_light_at(&mut self, point: Vec3, there: &Medium, weight: Vec3, numbers: Vec3) {
+        let world = self.world;
+        if world.lights.is_empty() {
+            return;
+        }
+        let mut at = self.beside.previous.at;
+        if world.lights.is_linked() {
+            let object = self.beside.within.last_entered();
+            at.receiver = object.map_or(0, |object| world.lights.receiver(object));
+        }
+        world.lights.context_into(&mut at, point, None);
+        at.bounces = self.bounce;
+        let drawn = world.lights.sample(&at, numbers.z, numbers.truncate());
+        if let Some(drawn) = drawn {
+            self.add_light_in_medium(point, Some(there), weight, drawn, numbers);
         }
     }
 
