@@ -24,6 +24,8 @@ _VALUED = {
 # What a Raycast takes where nothing is linked, by outputs of Geometry.
 _OF_RAYS = {"Position": "Position", "Direction": "Normal"}
 _IMAGES = {"TEX_IMAGE", "TEX_ENVIRONMENT"}
+# The colours that shaders shine with.
+_SHINING = {"ShaderNodeEmission": "Color", "ShaderNodeBackground": "Color", "ShaderNodeBsdfPrincipled": "Emission Color"}
 _NUMBERS = {"VALUE", "INT", "BOOLEAN"}
 _WHOLE = {"INT", "BOOLEAN"}
 _TRIPLES = {"VECTOR", "ROTATION"}
@@ -146,10 +148,10 @@ def _key(place):
 class Walk:
     """All nodes that a surface needs, in order of dependence; `findings` for what is not as in Blender."""
 
-    def __init__(self, walker, table=None, layer=None):
+    def __init__(self, walker, table=None, layer=None, lamp=None):
         """`table`: the rules of what is evaluated, those of materials by default. `layer`: the scene and the view layer whose
-        attributes nodes may read."""
-        self.walker, self.table, self.layer = walker, table, layer
+        attributes nodes may read. `lamp`: the object_info.Lamp whose tree it is."""
+        self.walker, self.table, self.layer, self.lamp = walker, table, layer, lamp
         self.uses, self.objections = [], []
         self.surface = self.displacement = self.volume = None
         # Names of passes of the scene's own, and the links to what they are told.
@@ -279,6 +281,12 @@ class Walk:
                 use.inputs.pop("Shader_001" if factor <= 0 else "Shader", None)
         elif node.type == "AMBIENT_OCCLUSION" and use.constant("Distance") == 0:
             use.inputs["Distance"] = SceneWide.reach
+        elif node.bl_idname in _SHINING:
+            name = _SHINING[node.bl_idname]
+            color = use.inputs.get(name)
+            if isinstance(color, tuple) and min(color) < 0:
+                # Less than nothing is no number that the program takes in the socket itself.
+                use.inputs[name] = self._made("ShaderNodeCombineXYZ", "Vector", dict(zip("XYZ", color)))
         elif node.type == "BSDF_HAIR_PRINCIPLED" and not node.inputs["Random"].is_linked:
             # As Cycles: the strand's own number, where something varies by it.
             if any(use.constant(name) != 0 for name in ("Random Roughness", "Random Color")):
@@ -399,6 +407,10 @@ class Walk:
             return zero if zero != () else None
         if node.type in {"RGB", "VALUE"} or (node.type == "NORMAL" and socket.identifier == "Normal"):
             return _numbers(socket, socket.type)
+        told = self.lamp.value(node, socket.identifier) if self.lamp else None
+        if told is not None:
+            width = _WIDTHS[socket.type]
+            return told[3] if socket.identifier == "Alpha" else told[0] if width == 1 else (*told[:3], 1.0)[:width]
         if node.type == "BLACKBODY":
             temperature = self._feeding(node.inputs["Temperature"], place.groups)
             return (*map(float, blackbody.color(temperature)), 1.0) if isinstance(temperature, float) else None

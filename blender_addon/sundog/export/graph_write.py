@@ -408,10 +408,11 @@ def _copy(image, cache):
 # Worlds and lamps
 
 
-def emitting(owner, rules, document, cache, findings, report=None):
-    """(a world's or a lamp's node tree, None) as it is, by the rules of what is evaluated there; or (None, why that cannot be)."""
+def emitting(owner, rules, document, cache, findings, report=None, layer=None, lamp=None):
+    """(a world's or a lamp's node tree, None) as it is, by the rules of what is evaluated there; or (None, why that cannot be).
+    `layer`: what has the attributes of a world's view layer; `lamp`: the object_info.Lamp."""
     try:
-        walk = Walk(Walker(), rules)
+        walk = Walk(Walker(), rules, layer, lamp)
         walk.read(owner)
         if walk.objections or walk.surface is None:
             return None, ", ".join(walk.objections)

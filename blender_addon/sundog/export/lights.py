@@ -21,7 +21,7 @@ def _color(light):
     return color
 
 
-def _with_nodes(light, findings, document, cache):
+def _with_nodes(light, findings, document, cache, lamp):
     """(what the light's node tree multiplies its strength with, None); or (1, the tree) where it varies and is evaluated."""
     if nodes.tree_of(light) is None:
         return numpy.ones(3), None
@@ -30,7 +30,7 @@ def _with_nodes(light, findings, document, cache):
     if all(verdict == EXACT for verdict, _ in own) or document is None or not graph.ENABLED:
         findings += own
         return factor, None
-    written, why_not = graph_write.emitting(light, evaluated.LIGHT, document, cache, findings)
+    written, why_not = graph_write.emitting(light, evaluated.LIGHT, document, cache, findings, lamp=lamp)
     if written is not None:
         return numpy.ones(3), written
     findings += own
@@ -156,10 +156,10 @@ def casts_shadow(light):
     return bool(getattr(cycles, "cast_shadow", True)) and bool(getattr(light, "use_shadow", True))
 
 
-def describe(light, findings, document=None, cache=None):
+def describe(light, findings, document=None, cache=None, lamp=None):
     """The SUNDOG_light object of a light, without visibility; see docs/gltf-extensions.md. Images of its nodes become the
-    document's; without one the nodes' means count."""
-    factor, tree = _with_nodes(light, findings, document, cache)
+    document's; without one the nodes' means count. `lamp`: the object_info.Lamp of its object."""
+    factor, tree = _with_nodes(light, findings, document, cache, lamp)
     color, watts = _color(light) * factor, energy(light)
     normalized = bool(getattr(light, "normalize", True))
     result = {}

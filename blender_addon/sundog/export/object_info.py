@@ -74,6 +74,43 @@ def asked(node, output):
     return None
 
 
+class Lamp:
+    """What the nodes of a lamp ask of its object, which is the same all over the lamp."""
+
+    # What a lamp has nothing of.
+    NOTHING = {("NEW_GEOMETRY", "Tangent"), ("NEW_GEOMETRY", "Pointiness"), ("NEW_GEOMETRY", "Random Per Island"), ("WIREFRAME", "Fac")}
+
+    def __init__(self, instance, scene, placed, layer):
+        """`placed`: the Placed of the scene; `layer`: what has the view layer's attributes."""
+        self.instance, self.scene, self.placed, self.layer = instance, scene, placed, layer
+
+    def value(self, node, output):
+        """The four numbers of an output; None where they are of no object."""
+        nothing = (0.0, 0.0, 0.0, 0.0)
+        if node.type == "OBJECT_INFO":
+            return self._info(output)
+        if (node.type, output) in self.NOTHING or node.type == "VERTEX_COLOR":
+            return nothing
+        if node.type == "ATTRIBUTE" and node.attribute_type == "VIEW_LAYER":
+            return _mean_of(attribute_of(self.layer, node.attribute_name) or nothing, output == "Fac")
+        if node.type == "ATTRIBUTE" and node.attribute_type == "GEOMETRY":
+            # Vertices that are not there are opaque.
+            return None if node.attribute_name == "generated" else (0.0, 0.0, 0.0, 1.0)
+        ask = asked(node, output)
+        return None if ask is None else _value(self.instance, self.scene, self.placed, *ask)
+
+    def _info(self, output):
+        told = describe(self.instance)
+        number = {"Alpha": told["color"][3], "Object Index": told["pass_index"], "Material Index": 0.0, "Random": told["random"]}
+        if output in number:
+            return (float(number[output]),) * 4
+        return (*(told["color"][:3] if output == "Color" else map(float, self.instance.matrix_world.translation)), 1.0)
+
+
+def _mean_of(four, is_mean):
+    return [sum(four[:3]) / 3] * 4 if is_mean else list(four)
+
+
 def values(instance, scene, every, wanted, placed):
     """Four numbers for each of what is asked; zeros for those that are not wanted. `placed`: the Placed of the scene."""
     return [_value(instance, scene, placed, *ask) if number in wanted else [0.0] * 4 for number, ask in enumerate(every)]
@@ -93,7 +130,7 @@ def _value(instance, scene, placed, kind, name, is_mean=False):
     shown = instance.object
     places += [shown, shown.data]
     found = found or attribute_of(places, name) or (0.0, 0.0, 0.0, 0.0)
-    return [sum(found[:3]) / 3] * 4 if is_mean else list(found)
+    return _mean_of(found, is_mean)
 
 
 class Placed:

@@ -564,7 +564,8 @@ class Exporter:
             node = {"name": shown.name, "matrix": node_matrix(instance.matrix_world)}
             self.document.add_node({**node, "extensions": {self.document.uses("SUNDOG_light"): described}})
             return
-        described = lights.describe(light, findings, self.document, self.cache)
+        lamp = object_info.Lamp(instance, self.scene, self._instances, self.materials.layer)
+        described = lights.describe(light, findings, self.document, self.cache, lamp)
         parent = instance.parent if instance.is_instance else None
         seen = lights.ray_visibility(light, [shown, parent])
         if visibility.shower([shown, parent]).original.indirect_only_get(view_layer=self.view_layer):
@@ -667,7 +668,7 @@ class Exporter:
         if world is not None:
             world = world.evaluated_get(self.depsgraph)
         try:
-            extension["world"] = worlds.describe(world, self.cache, self.document, findings, self.report, self._pixel())
+            extension["world"] = worlds.describe(world, self.cache, self.document, findings, self.report, self._pixel(), layer=self.materials.layer)
         except (images.ImageError, RecursionError) as error:
             findings.append((LOST, f"it is rendered black: {error}"))
             extension["world"] = {"color": [0.0, 0.0, 0.0]}

@@ -106,12 +106,12 @@ def _visibility(world):
     return {kind: False for kind, name in names.items() if not getattr(settings, name, True)}
 
 
-def describe(world, cache, document, findings, report=None, pixel=None, as_tree=True):
+def describe(world, cache, document, findings, report=None, pixel=None, as_tree=True, layer=None):
     """The `world` object of SUNDOG_scene.
 
     Images become the document's; findings get what is not exact. Baking takes a child process and
     some seconds, once for each tree; `pixel` is the radians that a pixel of the picture sees. A document that
-    holds no node trees (`as_tree` is false) needs nothing but `uri`.
+    holds no node trees (`as_tree` is false) needs nothing but `uri`. `layer` has the view layer's attributes.
     """
     if world is None:
         return {"color": [0.0, 0.0, 0.0]}
@@ -158,7 +158,7 @@ def describe(world, cache, document, findings, report=None, pixel=None, as_tree=
                 result["image"] = document.uri(_white(cache))
             return result
         is_coded = _is_coded(used[0].texture.image) or evaluator.is_not_linear
-        written = _coded(world, (document, cache, report)) if as_tree and is_coded else None
+        written = _coded(world, (document, cache, report, layer)) if as_tree and is_coded else None
         if written is not None:
             return {**result, "color": [1.0, 1.0, 1.0], **written}
         path = environment_file(used[0].texture.image, cache)
@@ -169,7 +169,7 @@ def describe(world, cache, document, findings, report=None, pixel=None, as_tree=
         return result
     written, why_not = None, None
     if as_tree and graph.ENABLED:
-        written, why_not = graph_write.emitting(world, evaluated.WORLD, document, cache, findings, report)
+        written, why_not = graph_write.emitting(world, evaluated.WORLD, document, cache, findings, report, layer)
     if written is not None:
         return {**result, **_as_tree(world, written)}
     if why_not:
@@ -204,9 +204,9 @@ def _coded(world, place):
     """The tree of a world that is a picture, where that is not what its plain picture shows. None where that cannot be written."""
     if not graph.ENABLED:
         return None
-    document, cache, report = place
+    document, cache, report, layer = place
     findings = []
-    written, _ = graph_write.emitting(world, evaluated.WORLD, document, cache, findings, report)
+    written, _ = graph_write.emitting(world, evaluated.WORLD, document, cache, findings, report, layer)
     return None if written is None or findings else _as_tree(world, written)
 
 
