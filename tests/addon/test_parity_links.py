@@ -112,6 +112,28 @@ class Links(kit.ExportTest):
                 self.begin()
                 self.compare(made.__name__, made())
 
+    def test_values_of_groups_that_shine(self):
+        """What nothing feeds in a group shines by its socket's value, as surface and as what fills. (Both were black.)"""
+        def value(inner, _, leaving):
+            leaving.inputs[0].default_value = OWN[of]
+
+        for of in OWN:
+            for socket in ("Surface", "Volume"):
+                with self.subTest(of=of, socket=socket):
+                    self.begin()
+                    end = self.new("ShaderNodeOutputMaterial")
+                    self.tree.links.new(self.group(of, of, value).outputs[0], end.inputs[socket])
+                    if socket == "Volume":
+                        bpy.data.objects["plane"].data = kit.cube("cube", 4)
+                        bpy.data.objects["plane"].data.materials.append(self.material)
+                    shown = kit.cycles_pixels(8, 8, 4)
+                    found = self.export()
+                    ours = kit.rendered(found.path, 8, 8, 4)
+                    print(f"{of} {socket}: {ours[4, 4]} Cycles {shown[4, 4]}", flush=True)
+                    self.assertGreater(shown.max(), 0.1)
+                    numpy.testing.assert_allclose(ours, shown, rtol=0.01)
+                    self.assertEqual(found.verdict("material", "glow")["verdict"], "exact")
+
     def test_muted_nodes_of_another_type(self):
         """Before 5.0 the type of the output alone converts."""
         for kind, number in (("ValToRGB", 0), ("SeparateXYZ", 0), ("FloatCurve", 1), ("Blackbody", 0)):

@@ -44,7 +44,7 @@ def _node_factor(light, findings):
     output = nodes.output_of(light)
     walker = nodes.Walker()
     source = output and walker.source(nodes.Place(output.inputs["Surface"]))
-    if not output or not source.socket.is_output:
+    if not output or not nodes.is_fed(source.socket):
         return numpy.zeros(3)
     if source.node.type != "EMISSION":
         findings.append((LOST, f"its {source.node.bl_label} node is left out: the light shines by its own settings"))

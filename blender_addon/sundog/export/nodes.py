@@ -139,7 +139,7 @@ class Walker:
         if "Volume" not in output.inputs:
             return False
         surface, volume = (self.source(Place(output.inputs[name])).socket for name in ("Surface", "Volume"))
-        return volume.is_output and not surface.is_output
+        return is_fed(volume) and not is_fed(surface)
 
     def source(self, place, passed=None):
         """The output socket that feeds an input, through reroutes, groups and muted nodes.
@@ -249,6 +249,11 @@ def output_of(data):
 def not_in_cycles(label):
     """What is told of nodes that Cycles does not have."""
     return f"{label}: what is linked to it has its own value, as in Cycles"
+
+
+def is_fed(socket):
+    """Whether where a shader's link begins gives something: an output, or the value of a group's socket, which shines in Cycles."""
+    return socket.is_output or socket.type != "SHADER"
 
 
 def is_cycles_own(name):

@@ -200,7 +200,7 @@ class Reader:
     def surface(self, place):
         """The surface at a shader input; None if nothing is linked."""
         source = self.walker.source(place)
-        if not source.socket.is_output:
+        if not nodes.is_fed(source.socket):
             return None
         node = source.node
         if node.type in nodes.HOLLOW:

@@ -51,7 +51,7 @@ class Varying:
 def read(reader, place):
     """The `volume` of SUNDOG_material; a Varying for what is told by its node tree; None for none."""
     source = reader.walker.source(place)
-    if not source.socket.is_output:
+    if not nodes.is_fed(source.socket):
         return None
     if reader.grids is not None:
         return Varying(source.node.bl_label, "it cannot be told with its grids")
@@ -87,7 +87,7 @@ class _Sum:
 
     def add(self, source, weight):
         """Adds the shader at an output."""
-        if weight == 0 or not source.socket.is_output:
+        if weight == 0 or not nodes.is_fed(source.socket):
             return
         node = source.node
         if source.socket.type != "SHADER":

@@ -136,7 +136,7 @@ def describe(world, cache, document, findings, report=None, pixel=None, as_tree=
     if volume is not None:
         result["volume"] = volume
     source = walker.source(nodes.Place(output.inputs["Surface"]))
-    if not source.socket.is_output:
+    if not nodes.is_fed(source.socket):
         result["color"] = [0.0, 0.0, 0.0]
         return result
     evaluator = _Environments(walker)
