@@ -188,6 +188,8 @@ pub enum TextureFilter {
 pub enum ImageUse {
     /// Colour: 8- and 16-bit values are sRGB-encoded.
     Color,
+    /// Colour of which floats are sRGB-encoded, too.
+    Codes,
     /// Numbers: taken as they are.
     Data,
 }

@@ -18,7 +18,11 @@ impl Pixels {
 
     /// Whether the colours are sRGB-encoded.
     pub fn is_encoded(&self, usage: ImageUse) -> bool {
-        usage == ImageUse::Color && !matches!(self, Self::F32(_))
+        match usage {
+            ImageUse::Color => !matches!(self, Self::F32(_)),
+            ImageUse::Codes => true,
+            ImageUse::Data => false,
+        }
     }
 
     /// Memory that they take.

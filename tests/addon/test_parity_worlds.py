@@ -228,6 +228,22 @@ class Worlds(Nodes):
             self.shown(self.out("TexEnvironment", "Color", image=bpy.data.images.load(path), interpolation=interpolation))
             self.compare(interpolation)
 
+    def test_plain_pictures_that_no_plain_file_holds(self):
+        """Floats with alpha, floats of another transfer function, and integers of 16 bits. (They were 24 to 162 % too bright.)"""
+        dice = numpy.random.default_rng(5)
+        values = dice.random((4, 8, 4))
+        values[..., 3] = 0.3 + 0.7 * values[..., 3]
+        alpha, opaque, deep = (os.path.join(self.folder, name) for name in ("alpha.exr", "opaque.exr", "deep.png"))
+        images.write_exr(alpha, values * [1.6, 1.6, 1.6, 1])
+        images.write_exr(opaque, values[..., :3] * 0.9)
+        images.write_png(deep, (values * 65535).astype(numpy.uint16))
+        for path, space in ((alpha, "Linear Rec.709"), (opaque, "sRGB"), (opaque, "AgX Base sRGB"), (deep, "sRGB"), (deep, "Non-Color")):
+            self.tree()
+            image = bpy.data.images.load(path)
+            image.colorspace_settings.name = space
+            self.shown(self.out("TexEnvironment", "Color", image=image))
+            self.compare(f"{os.path.basename(path)} {space}")
+
     def test_missing_pictures(self):
         """They are pink, alone and among other nodes."""
         missing = os.path.join(self.folder, "missing.exr")

@@ -196,8 +196,13 @@ def _as_tree(world, written):
 
 
 def _is_coded(image):
-    """Whether a picture is of coded numbers: between them Cycles takes their mean before it decodes it."""
-    return image.colorspace_settings.name == "sRGB" and not images.holds_floats(image)
+    """Whether a picture is of coded numbers, between which Cycles takes the mean before it decodes it, or of such that its plain file
+    does not hold: floats of spaces that are not linear or times their alpha, and integers of 16 bits."""
+    space = image.colorspace_settings.name
+    if not images.holds_floats(image):
+        return space == "sRGB"
+    is_linear = space in images.DATA_SPACES | images.LINEAR_SPACES | colorspace.LINEAR
+    return not is_linear or images.kind_of(images.start_of(image) or b"") == ".png" or images.multiplies(image)
 
 
 def _coded(world, place):

@@ -145,7 +145,7 @@ fn multiply(graph: &mut Graph, socket: usize, texture: Texture) {
             projection: Default::default(),
         });
         let product = match usage {
-            ImageUse::Color => Node::new(NodeKind::MixColor {
+            ImageUse::Color | ImageUse::Codes => Node::new(NodeKind::MixColor {
                 blend: Blend::Multiply,
             })
             .with(mix::FACTOR, 1.0)

@@ -17,3 +17,11 @@ fn full_values_are_one_and_grey_is_of_all_colours() {
     let nan = Pixels::from(vec![f32::NAN]);
     assert!(nan.is_same(&nan.clone()) && !nan.is_same(&Pixels::from(vec![0u8])));
 }
+
+#[test]
+fn floats_are_codes_where_that_is_told() {
+    let uses = [ImageUse::Color, ImageUse::Codes, ImageUse::Data];
+    let of = |pixels: &Pixels| uses.map(|usage| pixels.is_encoded(usage));
+    assert_eq!(of(&Pixels::from(vec![0u8])), [true, true, false]);
+    assert_eq!(of(&Pixels::from(vec![0.5f32])), [false, true, false]);
+}

@@ -396,15 +396,15 @@ impl Reader<'_, '_, '_> {
         };
         // Numbers of the scene's own space are as good as data.
         let is_linear = self.linear_names.contains(&space);
-        let usage = if data || is_linear {
-            ImageUse::Data
-        } else {
-            ImageUse::Color
+        // Codes of sRGB are decoded after interpolation in Rec.709 alone, as Cycles keeps no codes of other spaces.
+        let decoded_later =
+            space == "sRGB" && self.linear_names[0] == WorkingSpace::default().name();
+        let is_float = image.get("is_float") == Some(&Value::Bool(true));
+        let usage = match (data || is_linear, decoded_later && is_float) {
+            (true, _) => ImageUse::Data,
+            (_, true) => ImageUse::Codes,
+            _ => ImageUse::Color,
         };
-        // Codes of sRGB are decoded after interpolation in Rec.709 alone, as Cycles keeps no codes of other spaces. Floats are none.
-        let decoded_later = space == "sRGB"
-            && self.linear_names[0] == WorkingSpace::default().name()
-            && image.get("is_float") != Some(&Value::Bool(true));
         let conversion = (!decoded_later && !data && !is_linear).then(|| Conversion {
             space: space.to_owned(),
             alpha: match alpha {
