@@ -133,7 +133,7 @@ impl<K: BsdfFeatures> Bsdf<K> {
         let roughened = self.roughened(alpha);
         let facets = Facets::new(self.normals(), coat.normal, None, self.wo(), roughened);
         let cos = facets.cos();
-        if !self.keeps_reflections() || cos <= 0.0 || coat.ior <= 1.0 {
+        if !self.keeps_reflections() || coat.ior <= 1.0 {
             return (0.0, cos);
         }
         let f0 = fresnel::f0_from_ior(coat.ior);
@@ -142,10 +142,14 @@ impl<K: BsdfFeatures> Bsdf<K> {
         let albedos =
             (!alpha.is_smooth()).then(|| Albedos::at(LutCoordinate::new(cos, coat.roughness)));
         let gain = albedos.map_or(Vec3::ONE, |all| all.compensation(reflectances[1]));
-        let view = (cos, coat.roughness);
+        // A coat that is seen from behind reflects nothing, but darkens what is below as one seen along it.
+        let view = (cos.max(0.0), coat.roughness);
         // From 5.3 on the base does not see what masking takes of the coat's light.
         let masked = albedos.as_ref().filter(|_| rules == ShaderRules::Before53);
         let albedo = layer_albedo(view, (coat.ior, rules), reflectances, masked);
+        if cos <= 0.0 {
+            return (albedo.max_element(), cos);
+        }
         let share = weight * coat.weight;
         let fresnel = Fresnel::Dielectric {
             f0: Vec3::splat(f0),

@@ -53,6 +53,8 @@ pub struct Call {
     constants: Vec<Vec4>,
     /// Of a Bump: what is evaluated at its neighbours too.
     pub height: Option<Box<Height>>,
+    /// Its normal is a vector on the viewer's side in Blender's axes, of any length: one of 0 is not the surface's own.
+    pub takes_vector: bool,
 }
 
 /// The sockets of a call: what is known, and registers.
@@ -155,6 +157,7 @@ impl Call {
             taken,
             constants,
             height,
+            takes_vector: false,
         }
     }
 
@@ -250,6 +253,16 @@ impl<P: Place> Evaluation<'_, P> {
         }
     }
 
+    /// The normal in a socket, in Blender's axes and on the viewer's side.
+    fn normal(&self, call: &Call, socket: usize) -> Vec3 {
+        let normal = call.filled(self.registers).vector(socket);
+        if call.takes_vector {
+            normal
+        } else {
+            self.place.facing(normal)
+        }
+    }
+
     #[inline(never)]
     fn ask(&self, call: &Call) -> Vec4 {
         let inputs = &call.filled(self.registers);
@@ -263,7 +276,7 @@ impl<P: Place> Evaluation<'_, P> {
                 Vec4::splat(falloff(*power, length, inputs.number(0), inputs.number(1)))
             }
             Function::Fresnel | Function::LayerFresnel | Function::LayerFacing => {
-                Vec4::splat(self.by_angle(&call.function, inputs))
+                Vec4::splat(self.by_angle(call, inputs))
             }
             Function::Bump {
                 invert,
@@ -275,11 +288,17 @@ impl<P: Place> Evaluation<'_, P> {
                 let sign = if *invert { -1.0 } else { 1.0 };
                 let before = undisplaced.map(|attribute| place.undisplaced(attribute, *is_of_5));
                 let place = before.as_ref().unwrap_or(place);
-                bump(place, inputs, height, (sign, *object_space)).extend(1.0)
+                let given = inputs.vector(bump::NORMAL);
+                let normal = if call.takes_vector {
+                    given
+                } else {
+                    place.facing(given)
+                };
+                bump(place, (inputs, normal), height, (sign, *object_space)).extend(1.0)
             }),
             Function::Displacement { object_space } => {
                 let [height, middle, scale] = [0, 1, 2].map(|socket| inputs.number(socket));
-                let normal = place.facing(inputs.vector(3));
+                let normal = self.normal(call, 3);
                 let raised = (height - middle) * scale;
                 if *object_space {
                     let own =
@@ -304,7 +323,14 @@ impl<P: Place> Evaluation<'_, P> {
                 inside,
                 only_local,
             } => {
-                let normal = place.facing(inputs.vector(2));
+                let mut normal = self.normal(call, 2);
+                if call.takes_vector {
+                    // Rays that go nowhere meet nothing.
+                    let Some(unit) = normal.try_normalize() else {
+                        return inputs.vector(0).extend(1.0);
+                    };
+                    normal = unit;
+                }
                 let rays = Openness {
                     samples: *samples,
                     only_local: *only_local,
@@ -314,7 +340,7 @@ impl<P: Place> Evaluation<'_, P> {
                 (inputs.vector(0) * open).extend(open)
             }
             Function::Bevel { samples } => {
-                let normal = place.facing(inputs.vector(1));
+                let normal = self.normal(call, 1);
                 let own = place.facing(Vec3::ZERO);
                 let beveled = place.beveled(inputs.number(0), *samples);
                 (normal + beveled - own).normalize_or(own).extend(1.0)
@@ -341,13 +367,13 @@ impl<P: Place> Evaluation<'_, P> {
     }
 
     /// Fresnel and Layer Weight.
-    fn by_angle(&self, function: &Function, inputs: &Filled) -> f32 {
+    fn by_angle(&self, call: &Call, inputs: &Filled) -> f32 {
         let place = self.place;
-        let normal = place.facing(inputs.vector(1));
+        let normal = self.normal(call, 1);
         let cos = place.input(PlaceInput::Incoming).truncate().dot(normal);
         let behind = place.input(PlaceInput::Backfacing).x != 0.0;
         let number = inputs.number(0);
-        match function {
+        match call.function {
             Function::Fresnel => fresnel::of_cosine(cos.abs(), index(number, behind)).reflectance,
             Function::LayerFresnel => {
                 let ior = index(1.0 - number, !behind);
@@ -395,11 +421,10 @@ fn moved(place: &impl Place, by: Vec3, space: DisplacementSpace) -> Vec3 {
 /// Unparametrized Surfaces on the GPU*, 2010).
 fn bump<P: Place>(
     place: &P,
-    inputs: &Filled,
+    (inputs, mut normal): (&Filled, Vec3),
     height: &Height,
     (sign, object_space): (f32, bool),
 ) -> Vec3 {
-    let mut normal = place.facing(inputs.vector(bump::NORMAL));
     let width = inputs.number(bump::FILTER_WIDTH);
     let mut steps = place.steps(width.abs());
     let at = |place: &P| height.program.at(place, |at| at.number(&height.root));

@@ -146,7 +146,7 @@ impl<'a, S: Source> Compiler<'a, S> {
     }
 
     /// What an input of a node gives, as its socket takes it; what is behind it is emitted first. Normals stand outside in
-    /// glTF's axes, vectors of them on the viewer's side in Blender's.
+    /// glTF's axes, vectors of them on the viewer's side in Blender's. Functions take both: see [`Self::takes_vector`].
     pub(super) fn input(&mut self, at: usize, socket: usize) -> Operand {
         let node = &self.graph.nodes[at];
         let operand = self.operand(node.inputs[socket]);
@@ -157,11 +157,24 @@ impl<'a, S: Source> Compiler<'a, S> {
         let gives_normal = self.graph.gives(link).0 == SocketKind::Normal;
         let operation = match (gives_normal, takes_normal) {
             (true, false) => Operation::Facing(operand),
-            (false, true) if takes_any_length(&node.kind) => Operation::Turned(operand),
+            (false, true) if self.takes_vector(at) => return operand,
+            // One of 0 is the surface's own: Cycles' constant ones do not count.
+            (false, true) if is_displacement(&node.kind) => Operation::Turned(operand),
             (false, true) => Operation::Outside(operand),
             _ => return operand,
         };
         Operand::Register(self.emit(operation), Lane::Xyz)
+    }
+
+    /// Whether a function's normal is a vector, as long as it is: one of 0 is not the surface's own normal, but 0.
+    fn takes_vector(&self, at: usize) -> bool {
+        let node = &self.graph.nodes[at];
+        if !matches!(node.kind, NodeKind::Function(_)) || is_displacement(&node.kind) {
+            return false;
+        }
+        let mut sockets = node.kind.sockets().iter().zip(&node.inputs);
+        let gives = |link: Link| self.graph.gives(link).0 != SocketKind::Normal;
+        sockets.any(|(s, input)| s.kind == SocketKind::Normal && input.link().is_some_and(gives))
     }
 
     /// What an operand is as a number, brought to 0 to 1 on request.
@@ -298,7 +311,11 @@ impl<'a, S: Source> Compiler<'a, S> {
             height = self.height(input);
             let Some(height) = &mut height else {
                 // What is as high everywhere is not raised.
-                return inputs[bump::NORMAL].0;
+                let normal = inputs[bump::NORMAL].0;
+                if self.takes_vector(at) {
+                    return Operand::Register(self.emit(Operation::Turned(normal)), Lane::Xyz);
+                }
+                return normal;
             };
             let is_displaced = matches!(
                 function,
@@ -313,7 +330,8 @@ impl<'a, S: Source> Compiler<'a, S> {
                 height.is_known_here = true;
             }
         }
-        let call = Call::new(function.clone(), inputs, height);
+        let mut call = Call::new(function.clone(), inputs, height);
+        call.takes_vector = self.takes_vector(at);
         self.program.calls.push(call);
         let call = self.program.calls.len() as u32 - 1;
         let operation = match function.depends_on_place() {
@@ -477,18 +495,8 @@ fn unmapped(function: &Function, inputs: &[(Operand, SocketKind)]) -> Option<Ope
     })
 }
 
-/// Whether a node does not make its normal a unit vector, as Cycles' do not.
-fn takes_any_length(kind: &NodeKind) -> bool {
-    matches!(
-        kind,
-        NodeKind::Function(
-            Function::Fresnel
-                | Function::LayerFresnel
-                | Function::LayerFacing
-                | Function::Bump { .. }
-                | Function::Displacement { .. }
-        )
-    )
+fn is_displacement(kind: &NodeKind) -> bool {
+    matches!(kind, NodeKind::Function(Function::Displacement { .. }))
 }
 
 /// Where an image's opacity is all that is taken of it, its colours are not looked up.

@@ -83,7 +83,7 @@ impl Place for Here {
         }
     }
     fn openness(&self, _: Vec3, _: f32, _: Openness) -> f32 {
-        1.0
+        0.25
     }
     fn beveled(&self, _: f32, _: u8) -> Vec3 {
         Vec3::Z
@@ -517,6 +517,36 @@ fn sockets_take_numbers_vectors_and_constants_as_what_they_are() {
     });
     let expected = 0.5 * luminance(Vec3::new(0.5, -0.25, 2.0)) + 0.5;
     assert!((grey.x - expected).abs() < 1e-6, "{grey} {expected}");
+}
+
+/// A vector of no length is at right angles to the view, as in Cycles; without a link the surface's own normal counts.
+#[test]
+fn a_vector_of_no_length_is_no_missing_normal() {
+    let nothing = |add: &mut dyn FnMut(Function, Vec<Input>) -> Link, place: Link| {
+        let inputs = vec![place.into(), [0.0; 3].into(), Input::None, Input::None];
+        add(
+            Function::VectorMath(crate::nodes::vector_math::VectorMath::Multiply),
+            inputs,
+        )
+    };
+    let of_nothing = computed(|add, place| {
+        let normal = nothing(add, place);
+        add(Function::Fresnel, vec![1.5.into(), normal.into()])
+    });
+    assert_eq!(of_nothing, Vec3::ONE);
+    let own = computed(|add, _| add(Function::Fresnel, vec![1.5.into(), Input::None]));
+    assert!((own.x - 0.04).abs() < 1e-6, "{own}");
+    // Rays that go nowhere meet nothing.
+    let kind = Function::AmbientOcclusion {
+        samples: 4,
+        inside: false,
+        only_local: false,
+    };
+    let open = computed(|add, place| {
+        let normal = nothing(add, place);
+        add(kind, vec![[0.5; 3].into(), 1.0.into(), normal.into()])
+    });
+    assert_eq!(open, Vec3::splat(0.5));
 }
 
 #[test]
