@@ -69,6 +69,24 @@ class Negative(kit.ExportTest):
         self.emission("Surface", -6)
         self.beside(-5.9)
 
+    def test_colours_below_nothing(self):
+        """Of a Principled BSDF's emission, known and not: known ones were 0."""
+        for varies in (False, True):
+            with self.subTest(varies=varies):
+                bpy.ops.mesh.primitive_plane_add(size=0.7, location=(0.5, 0, 1.5))
+                thing = bpy.context.object
+                material = kit.material("taking", Emission_Strength=1.5, Base_Color=(0, 0, 0, 1), Specular_IOR_Level=0.0)
+                tree = material.node_tree
+                made = tree.nodes.new("ShaderNodeVectorMath")
+                made.operation = "MULTIPLY_ADD"
+                made.inputs[1].default_value, made.inputs[2].default_value = (1e-3,) * 3, (0.5, -4, 1)
+                if varies:
+                    tree.links.new(tree.nodes.new("ShaderNodeTexCoord").outputs["Object"], made.inputs[0])
+                tree.links.new(made.outputs[0], tree.nodes["Principled BSDF"].inputs["Emission Color"])
+                thing.data.materials.append(material)
+                self.beside(-5.9)
+                bpy.data.objects.remove(thing)
+
     def test_volumes_and_worlds_take_light(self):
         bpy.ops.mesh.primitive_cube_add(size=1, location=(0.5, 0, 1.5))
         self.emission("Volume", -0.5)

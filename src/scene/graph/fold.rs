@@ -3,7 +3,7 @@
 use super::function::bump;
 use super::node::{LAYERS, glass, glossy, math, metallic, mix, mix_shader, normal_map, principled};
 use super::{
-    Blend, Facts, Function, Graph, Input, Lane, Link, MathOperation, Node, NodeKind, Range,
+    Blend, Facts, Function, Graph, Input, Lane, Legal, Link, MathOperation, Node, NodeKind, Range,
     SimpleBsdf, SocketKind, Unit,
 };
 
@@ -43,7 +43,12 @@ pub fn fold(graph: &mut Graph, facts: &mut impl Facts) {
                 // Its parameters are prepared; what other shaders read is bounded at each hit, and numbers in sockets are since the import.
                 let is_prepared =
                     was_linked && matches!(graph.nodes[at].kind, NodeKind::PrincipledBsdf { .. });
-                let bounded = value.map(|number| socket.legal.nearest(number));
+                // Light may be less than nothing, as in Cycles.
+                let legal = match place == principled::EMISSION_COLOR {
+                    true => Legal::ANY,
+                    false => socket.legal,
+                };
+                let bounded = value.map(|number| legal.nearest(number));
                 input = Input::Value(if is_prepared { bounded } else { value });
             }
             let before = std::mem::replace(&mut graph.nodes[at].inputs[place], input);
