@@ -140,6 +140,12 @@ class Attributes(kit.ExportTest):
                     self.compare(f"{kind} {domain}", 5e-3, 0.3)
                     bpy.data.objects.remove(thing)
 
+    def test_the_active_color_by_cycles_name(self):
+        """An Attribute node finds it as "vertex_color", whatever it is called. (It was black, and told as exact.)"""
+        self.node.attribute_name = "vertex_color"
+        self.shown_on(self.grid("FLOAT_COLOR", "FLOAT_COLOR", "CORNER"))
+        self.compare("vertex_color", 5e-3, 0.3)
+
 
 if __name__ == "__main__":
     unittest.main()

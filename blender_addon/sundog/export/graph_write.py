@@ -13,7 +13,7 @@ import numpy
 from . import colorspace, evaluated, geometry, gltf, ies, images, object_info, skies, strands
 from .baker import BakeError
 from .graph import Link, Walk
-from .nodes import CUT, Walker, name_of, not_in_cycles, tree_of
+from .nodes import CUT, Walker, attribute_read, name_of, not_in_cycles, tree_of
 from .stand_ins import TABLE_SIZE, in_other_words, short, table
 from .verdicts import APPROXIMATED, EXACT, LOST, Finding
 
@@ -509,7 +509,7 @@ def _attribute_of(node):
     if node.bl_idname == "ShaderNodeVertexColor":
         return node.layer_name
     if node.bl_idname == "ShaderNodeAttribute" and node.attribute_type == "GEOMETRY":
-        return node.attribute_name
+        return attribute_read(node)
     return None
 
 

@@ -256,6 +256,11 @@ def is_fed(socket):
     return socket.is_output or socket.type != "SHADER"
 
 
+def attribute_read(node):
+    """The name of the attribute of meshes that an Attribute node reads; empty for the active colour, which is Cycles' own name's."""
+    return "" if node.attribute_name == "vertex_color" else node.attribute_name
+
+
 def is_cycles_own(name):
     """Whether an attribute is one that Cycles makes of meshes by itself, in spaces that differ by version."""
     return name in {"P", "N", "tangent", "undisplaced"} or name.endswith((".tangent", ".tangent_sign", ".undisplaced_tangent"))
@@ -549,10 +554,10 @@ class Evaluator:
         if node.attribute_type != "GEOMETRY" or not node.attribute_name or is_cycles_own(node.attribute_name):
             return None
         if source.socket.name in {"Color", "Vector"}:
-            return Attribute(node.attribute_name)
+            return Attribute(attribute_read(node))
         if source.socket.name == "Alpha":
-            return Attribute(node.attribute_name, alpha=True)
-        return as_scalar(Attribute(node.attribute_name), vector=True)
+            return Attribute(attribute_read(node), alpha=True)
+        return as_scalar(Attribute(attribute_read(node)), vector=True)
 
     def _node_blackbody(self, source, node):
         temperature = self.scalar(source.input("Temperature"))
