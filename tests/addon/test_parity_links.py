@@ -134,6 +134,20 @@ class Links(kit.ExportTest):
                     numpy.testing.assert_allclose(ours, shown, rtol=0.01)
                     self.assertEqual(found.verdict("material", "glow")["verdict"], "exact")
 
+    def test_curves_of_known_colours_beyond_their_ends(self):
+        """RGB Curves go on in a straight line where they are told to. (They ended at 1 and 0: half of the light of a black body.)"""
+        for extend in ("EXTRAPOLATED", "HORIZONTAL"):
+            for bend in (None, 0.6):
+                with self.subTest(extend=extend, bend=bend):
+                    self.begin()
+                    curves = self.new("ShaderNodeRGBCurve")
+                    curves.mapping.extend = extend
+                    for curve in curves.mapping.curves if bend else ():
+                        curve.points.new(0.5, bend)
+                    curves.mapping.update()
+                    self.tree.links.new(self.new("ShaderNodeCombineXYZ", _0=1.8, _1=0.5, _2=-0.4).outputs[0], curves.inputs["Color"])
+                    self.compare(f"curves {extend} {bend}", curves.outputs[0])
+
     def test_muted_nodes_of_another_type(self):
         """Before 5.0 the type of the output alone converts."""
         for kind, number in (("ValToRGB", 0), ("SeparateXYZ", 0), ("FloatCurve", 1), ("Blackbody", 0)):

@@ -625,6 +625,9 @@ class Evaluator:
             combined = [mapping.evaluate(mapping.curves[3], float(x)) for x in steps]
             tables.append(numpy.array([mapping.evaluate(mapping.curves[channel], x) for x in combined]))
         color, factor = self.color(source.input("Color")), self.scalar(source.input("Fac") or source.input("Factor"))
+        if isinstance(color, Const) and mapping.extend == "EXTRAPOLATED" and not (0 <= color.value.min() and color.value.max() <= 1):
+            # The ends go on beyond these tables.
+            return None
         def look_up(c):
             return numpy.stack([numpy.interp(c[..., k], steps, tables[k]) for k in range(3)], axis=-1)
         label = f"curves {[round(float(v), 6) for t in tables for v in t[::16]]}"
