@@ -79,21 +79,20 @@ fn coats_since_5_3_cover_a_part() {
 /// A coat that is seen from behind has no light of its own, but what lies below is as dark as below one that is seen along it.
 #[test]
 fn coats_from_behind_darken_as_grazing_ones() {
-    let seen = |cos: f32| {
-        let normal = Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
+    let seen = |normal: Vec3, cos: f32| {
         let mut layers = coat(1.0, Vec3::ONE);
         layers.coat = layers.coat.map(|coat| Coat {
             roughness: 0.5,
             normal,
             ..coat
         });
-        layers.transmittance(Vec3::Z, Vec3::Z).x
+        let wo = Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
+        layers.transmittance(Vec3::Z, wo).x
     };
-    let grazing = seen(1e-6);
-    assert!(grazing < 0.9 && seen(0.9) > 0.9, "{grazing} {}", seen(0.9));
-    for cos in [-1e-6, -0.3, -1.0] {
-        assert!((seen(cos) - grazing).abs() < 1e-3, "{cos}: {}", seen(cos));
-    }
+    let grazing = seen(Vec3::Z, 1e-5);
+    assert!(grazing < 0.9, "{grazing}");
+    let behind = seen(-Vec3::Z, 1.0);
+    assert!((behind - grazing).abs() < 1e-3, "{behind} {grazing}");
 }
 
 /// Fibres keep their albedo.
