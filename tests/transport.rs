@@ -9,6 +9,7 @@ mod center;
 mod closed_lamps;
 mod coincident;
 mod dispersion;
+mod fast_gi;
 mod forecast;
 mod linking;
 mod media;
@@ -776,6 +777,7 @@ fn special_and_general_kernels_agree_bit_for_bit() {
         ("a shadow catcher", catchers::with_ball()),
         ("dispersion", dispersion::with_ball()),
         ("solids that overlap", nesting::ice_in_water()),
+        ("the last bounces replaced", fast_gi::of_floor()),
     ];
     for (name, scene) in gallery().into_iter().chain(more) {
         let special = run(&scene, &small(8, 6));

@@ -199,8 +199,6 @@ def copy_from_cycles(scene):
 def _notes(scene, cycles):
     if cycles.time_limit > 0:
         yield "the time limit counts loading and preparing, too"
-    if cycles.use_fast_gi:
-        yield "there is no fast GI approximation: all bounces are traced"
     if getattr(cycles, "use_guiding", False):
         yield "there is no path guiding, which changes noise alone"
     if getattr(cycles, "use_sample_subset", False) or getattr(cycles, "sample_offset", 0):

@@ -162,6 +162,30 @@ class SUNDOG_RENDER_PT_light_paths(_Closed, Panel):
         column.prop(settings, "caustics_refractive", text="Refractive")
 
 
+class SUNDOG_RENDER_PT_fast_gi(_Closed, Panel):
+    bl_label = "Fast GI Approximation"
+    bl_context = "render"
+    bl_parent_id = "SUNDOG_RENDER_PT_light_paths"
+
+    @classmethod
+    def applies(cls, context):
+        """They are Cycles' own settings."""
+        return hasattr(context.scene, "cycles")
+
+    def draw_header(self, context):
+        self.layout.prop(context.scene.cycles, "use_fast_gi", text="")
+
+    def show(self, layout, context):
+        cycles, world = context.scene.cycles, context.scene.world
+        layout.active = cycles.use_fast_gi
+        layout.prop(cycles, "fast_gi_method", text="Method")
+        if world is not None:
+            layout.prop(world.light_settings, "ao_factor", text="AO Factor")
+            layout.prop(world.light_settings, "distance", text="AO Distance")
+        if cycles.fast_gi_method == "REPLACE":
+            layout.prop(cycles, "ao_bounces_render", text="Render Bounces")
+
+
 class SUNDOG_RENDER_PT_curves(_Closed, Panel):
     bl_label = "Curves"
     bl_context = "render"
@@ -523,6 +547,7 @@ _CLASSES = (
     SUNDOG_RENDER_PT_curves,
     SUNDOG_RENDER_PT_simplify,
     SUNDOG_RENDER_PT_film,
+    SUNDOG_RENDER_PT_fast_gi,
     SUNDOG_RENDER_PT_performance,
     SUNDOG_RENDER_PT_scene_check,
     SUNDOG_VIEW_LAYER_PT_passes,

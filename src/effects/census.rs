@@ -126,6 +126,7 @@ impl Census {
             Effect::Absorption => "nothing is filled".into(),
             Effect::Media => "there is none in the file".into(),
             Effect::NestedDielectrics => "no two solids state priorities".into(),
+            Effect::FastGi => "all bounces are traced".into(),
             Effect::MotionBlur => "nothing moves in the file".into(),
             Effect::ShadowCatcher => format!("none {}", all(self.objects, "object")),
             _ => match row(effect).decided {

@@ -350,6 +350,9 @@ impl Findings {
             let cause = || Cause::new(Thing::World, "the world's volume");
             self.add(effect, cause);
         }
+        if scene.fast_gi.is_some() {
+            self.add(Effect::FastGi, || Cause::new(Thing::World, "fast GI"));
+        }
         let Some(environment) = scene.environment.as_ref().filter(|e| is_bright(e)) else {
             return;
         };

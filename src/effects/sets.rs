@@ -57,6 +57,7 @@ pub const PATHS: EnumSet<Effect> = enum_set!(
         | Effect::Media
         | Effect::Absorption
         | Effect::NestedDielectrics
+        | Effect::FastGi
         | STRUCTURE
 );
 /// Patterns that materials' programs compute.

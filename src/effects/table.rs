@@ -95,6 +95,7 @@ pub const TABLE: [EffectRow; COUNT] = {
         line(E::FilterGlossy, Branch, ["sharp reflections behind blurring bounces made rougher", "it is set"]),
         line(E::TransparentFilm, Branch, ["the world is no part of the picture", "it is asked for"]),
         line(E::TransparentLimit, Branch, ["a limit of transparent surfaces on a path", "it is set"]),
+        line(E::FastGi, Kernels, ["short rays that stand for indirect light: Cycles' fast GI approximation", "the file asks for it"]),
         line(E::BackfaceCulling, Branch, ["back faces of single-sided materials are not there", "it is asked for"]),
         line(E::Coat, Kernels, ["a clear coat over the surface", "a placed material has a coat whose weight is not 0"]),
         line(E::Sheen, Kernels, ["the shine of fabric", "a placed material has a sheen whose weight is not 0"]),

@@ -137,6 +137,21 @@ impl<'a, A: PassSink + Record> Accumulator<'a, A> {
         kept
     }
 
+    /// Adds a share of what is open, of which so much is clamped as if it were light. Passes have no place for it.
+    pub fn add_open(&mut self, settings: &PathSettings, open: Vec3, (share, bounces): (Vec3, u32)) {
+        let limit = settings.clamp[usize::from(bounces > 0)];
+        let mean = open.element_sum() * (1.0 / 3.0);
+        let clamped = if mean > limit {
+            open * (limit / mean)
+        } else {
+            open
+        };
+        let light = open * share;
+        let kept = clamped * share * (self.counts / self.branches as f32);
+        self.radiance += kept;
+        self.sink.step(|| Step::Added { light, kept });
+    }
+
     /// Adds light that comes by way of at least one surface.
     #[inline]
     pub fn add_scattered(&mut self, settings: &PathSettings, light: Vec3, bounces: u32) -> Vec3 {

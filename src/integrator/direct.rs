@@ -260,6 +260,28 @@ impl<E: Features> Vertex<'_, E> {
         self.world.media_before(within, ray, target, how)
     }
 
+    /// Adds light from all around to what scatters diffusely, where nothing that is near hides it: Cycles' fast GI approximation by Add
+    /// (`integrate_surface_ao`). `there`: how much of the surface is. Rays that it took.
+    #[cold]
+    #[inline(never)]
+    pub fn add_openness<A: PassSink + Record>(
+        self,
+        sampler: &Sampler,
+        there: Vec3,
+        light: &mut Accumulator<A>,
+    ) -> u32 {
+        let Some((factor, distance)) = self.world.added_openness() else {
+            return 0;
+        };
+        let color = self.bsdf.diffuse_color();
+        if color == Vec3::ZERO {
+            return 0;
+        }
+        let open = self.throughput * there * self.openness(sampler, distance);
+        light.add_open(self.settings, open, (color * factor, self.bounce));
+        1
+    }
+
     /// What comes through from a direction about the diffuse normal, from within a distance: Cycles' ambient occlusion.
     ///
     /// By the numbers of the next direction, as there: it is another estimate, and they are spread as evenly.
@@ -284,8 +306,15 @@ impl<E: Features> Vertex<'_, E> {
             let ray = (start, direction);
             return self.nested_share(ray, target, false, left);
         }
-        self.world
-            .transmittance::<E>(start, direction, distance, left)
+        let mut share = self
+            .world
+            .transmittance::<E>(start, direction, distance, left);
+        if E::EVERYTHING && self.world.has_media() && share != Vec3::ZERO {
+            let target = Some(start + direction * distance);
+            let key = sampler.key(Dimension::Opacity, self.bounce);
+            share *= self.media_share((start, direction), target, false, (&sender, key));
+        }
+        share
     }
 
     /// The BSDF's value, weighted, and its diffuse part, where some kinds of rays do not see a light: each kind is an estimate

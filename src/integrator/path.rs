@@ -2,6 +2,7 @@
 //! sampling the BSDF, the two weighted by multiple importance sampling
 //! (Veach 1997, chapters 8 to 10; Kajiya 1986).
 
+mod approximated;
 mod below;
 mod blended;
 mod ends;
@@ -14,6 +15,7 @@ mod portal;
 mod start;
 mod wide;
 
+use blended::alpha;
 pub(super) use blended::is_enough;
 pub use onward::behind;
 pub(super) use onward::{HeldOut, Tinted, tinted};
@@ -168,6 +170,8 @@ struct Beside {
     deferred: f32,
     /// Lobes that surfaces with too many of them went without.
     lobes_left_out: u32,
+    /// How far the ray sees from what it leaves if it stands for all further bounces.
+    reach: f32,
     /// The strand that its ray leaves.
     left: Option<LeftStrand>,
     /// Portals that it has come to, and whether it goes on behind the last.
@@ -286,6 +290,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         unplayed: 1.0,
         deferred: 1.0,
         lobes_left_out: 0,
+        reach: f32::INFINITY,
         left: None,
         portals: 0,
         bounds: 0,
@@ -407,6 +412,10 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             } else {
                 vertex.add_direct_light(sampler, self.light)
             };
+            if E::EVERYTHING && world.is_approximated() {
+                let (there, numbers) = (alpha(self.brought().1), self.light_numbers());
+                self.rays += vertex.add_openness(&numbers, there, self.light);
+            }
             if self.bounce == 0 {
                 let (there, numbers) = (self.there(), self.light_numbers());
                 let sink = &mut *self.light.sink;

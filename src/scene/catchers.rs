@@ -1,6 +1,8 @@
 //! Shadow catchers: objects that stand for what a photograph shows, and show nothing but what others do to the light on them.
 
-use super::{Diagnostics, Effect, Instance, Light, Material, Mesh, Scene, Subject, Verdict};
+use super::{
+    Diagnostics, Effect, FastGiMethod, Instance, Light, Material, Mesh, Scene, Subject, Verdict,
+};
 use std::collections::HashSet;
 
 impl Instance {
@@ -86,6 +88,8 @@ impl Scene {
             shutter: self.shutter.clone(),
             color_management: self.color_management.clone(),
             render: self.render,
+            // What is added is so once for both.
+            fast_gi: (self.fast_gi).filter(|gi| gi.method != FastGiMethod::Add),
             aovs: Vec::new(),
             world_aovs: None,
         }

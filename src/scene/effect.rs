@@ -97,6 +97,8 @@ pub enum Effect {
     TransparentFilm,
     /// Limits of transparent surfaces on a path.
     TransparentLimit,
+    /// What stands for indirect light.
+    FastGi,
     /// Back faces that are not there.
     BackfaceCulling,
     /// A clear coat.

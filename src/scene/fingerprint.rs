@@ -131,6 +131,9 @@ pub fn fingerprint(scene: &Scene) -> String {
     if !scene.portals.is_empty() {
         block("portals", format!("{:?}", scene.portals).as_bytes());
     }
+    if let Some(gi) = &scene.fast_gi {
+        block("fast gi", format!("{gi:?}").as_bytes());
+    }
     // The rest is small; its debugging form has every field.
     if let Some(medium) = &scene.medium {
         block("medium", format!("{medium:?}").as_bytes());

@@ -10,6 +10,7 @@ pub mod coincident;
 mod diagnostics;
 mod duplicate_triangles;
 mod effect;
+mod fast_gi;
 mod fingerprint;
 mod flat;
 mod flatten;
@@ -38,6 +39,7 @@ pub use crate::ffi::values::{Place, Values};
 pub use camera::{Aperture, Camera, Projection, SphericalStereo, Window};
 pub use diagnostics::{Diagnostic, Diagnostics, Subject, Verdict};
 pub use effect::Effect;
+pub use fast_gi::{FastGi, FastGiMethod};
 pub use fingerprint::fingerprint;
 pub use grid::{Grid, Grids, Interpolation, LEAF_POINTS, NoMemory};
 pub use inventory::{BoundsInfo, Inventory};
@@ -104,6 +106,8 @@ pub struct Scene {
     pub color_management: ColorManagement,
     /// How the file wishes to be rendered.
     pub render: RenderDefaults,
+    /// What stands for indirect light, if anything does.
+    pub fast_gi: Option<FastGi>,
     /// Passes of its own, in which materials and the world tell values (Blender's AOVs) …
     pub aovs: Vec<Aov>,
     /// … and what the world tells.
@@ -277,6 +281,8 @@ pub struct ObjectInfo {
     pub values: Arc<[[f32; 4]]>,
     /// Blender's Shadow Terminator, Shading Offset: 0 to 1.
     pub shading_offset: f32,
+    /// How far what stands for indirect light sees from here, metres; 0 for as far as from elsewhere.
+    pub reach: f32,
     /// Blender has a mesh for it alone, though others have an equal one and the file shares it.
     pub own_mesh: bool,
 }
@@ -291,6 +297,7 @@ impl Default for ObjectInfo {
             links: Links::default(),
             values: Arc::default(),
             shading_offset: 0.0,
+            reach: 0.0,
             own_mesh: false,
         }
     }

@@ -9,6 +9,7 @@ mod found;
 mod kinds;
 mod receiving;
 mod roughness;
+mod shares;
 mod steeper;
 mod turned;
 mod uniform;
@@ -423,33 +424,6 @@ impl<K: BsdfFeatures> Bsdf<K> {
             (lobe.normal(), reflected + transmitted, lobe.alpha())
         });
         std::iter::once(lambert).chain(others)
-    }
-
-    /// Shares of light that are scattered diffusely, reflected otherwise, and let through: what passes divide
-    /// their light by.
-    pub fn colors(&self) -> [Vec3; 3] {
-        let mut sums = [self.lambert.color, Vec3::ZERO, Vec3::ZERO];
-        for Entry { lobe, albedo, .. } in self.others() {
-            if lobe.is_diffuse() {
-                sums[0] += *albedo;
-                continue;
-            }
-            let [reflected, transmitted] = lobe.colors(*albedo);
-            sums[1] += reflected;
-            sums[2] += transmitted;
-        }
-        sums
-    }
-
-    /// The mean normal of what scatters diffusely; that of the surface where nothing does.
-    pub fn diffuse_normal(&self) -> Vec3 {
-        let mut sum = self.normal() * average(self.lambert.color);
-        for Entry { lobe, albedo, .. } in self.others() {
-            if lobe.is_diffuse() {
-                sum += lobe.normal() * average(*albedo);
-            }
-        }
-        sum.try_normalize().unwrap_or(self.normals.shading)
     }
 
     /// Bound of the weights of [`sample`](Self::sample), to be checked where they arise. The weight of a mixture is at

@@ -2,6 +2,7 @@
 
 use super::LightShares;
 use super::asking::Asking;
+use super::fast_gi::Approximation;
 use super::geometry::{MeshData, MeshInstance};
 use super::material::PreparedMaterial;
 use super::placed::Geometry;
@@ -174,7 +175,8 @@ pub(super) fn prepare(
     {
         builder.link(linking);
     }
-    let hangs_on_choice = scene.is_from_blender() && rays_find_other_things(scene, materials);
+    let hangs_on_choice =
+        scene.is_from_blender() && rays_find_other_things(scene, geometry, materials);
     let shares = match shares {
         LightShares::ByPlace if hangs_on_choice => LightShares::AsTree,
         shares => shares,
@@ -250,9 +252,13 @@ pub(super) fn prepare(
 }
 
 /// Whether rays that are scattered find other light than light samples do: objects are in the way of some kinds of rays only,
-/// lamps shine through what stops rays, what lets light pass or shines asks which ray it is, or some fibres are drawn otherwise than they
-/// are evaluated.
-fn rays_find_other_things(scene: &Scene, materials: &[Arc<PreparedMaterial>]) -> bool {
+/// lamps shine through what stops rays, what lets light pass or shines asks which ray it is, some fibres are drawn otherwise than they
+/// are evaluated, or short rays stand for indirect light.
+fn rays_find_other_things(
+    scene: &Scene,
+    geometry: &Geometry,
+    materials: &[Arc<PreparedMaterial>],
+) -> bool {
     let is_of_ray = |node: &Node| matches!(&node.kind, NodeKind::Function(Function::Place(input)) if input.tells_rays_apart());
     let of_lamps = scene
         .lights
@@ -267,6 +273,8 @@ fn rays_find_other_things(scene: &Scene, materials: &[Arc<PreparedMaterial>]) ->
             .any(|material| material.asks_which_ray() || material.draws_other_fibres())
         || shining.any(|graph| graph.nodes.iter().any(is_of_ray))
         || some_medium_is_open(scene)
+        // What the last rays of paths do not see lights by their samples alone.
+        || (geometry.approximation.as_ref()).is_some_and(Approximation::replaces)
 }
 
 /// Whether something fills a mesh that is open. Rays that meet nothing were in no medium, but shadow rays are in it without end.

@@ -7,6 +7,7 @@ mod covered;
 mod crossings;
 mod displacement;
 mod draws;
+mod fast_gi;
 mod geometry;
 mod insides;
 mod interfaces;

@@ -1,6 +1,7 @@
 //! Meshes in their places, in Embree.
 
 use super::Options;
+use super::fast_gi::Approximation;
 use super::geometry::{Attributes, MeshData, MeshInstance};
 use super::insides::{Insides, Part};
 use super::interfaces;
@@ -43,6 +44,8 @@ pub struct Geometry {
     pub catchers: Vec<bool>,
     /// By entry how many times as steep light falls on it as it does; empty where none is.
     pub steeper: Vec<f32>,
+    /// What stands for indirect light.
+    pub approximation: Option<Approximation>,
     /// Some are made of strands or points.
     pub has_strands: bool,
     /// Faces that lie on each other, if any do.
@@ -152,7 +155,7 @@ fn entries_that(
 
 /// What entries have, if some instance has another than the plain one and if the effect is kept: entries are the instances with
 /// triangles, in their order.
-fn by_entry<T: PartialEq>(
+pub(super) fn by_entry<T: PartialEq>(
     of: impl Fn(&Instance) -> T,
     plain: T,
     effect: Effect,
@@ -410,6 +413,7 @@ impl Geometry {
             insides,
             holdouts: entries_that(|i| i.holdout, Effect::Holdouts, scene, options),
             steeper: steeper(scene, options),
+            approximation: Approximation::new(scene, options),
             // A hole stays one.
             catchers: entries_that(
                 |i| i.is_catcher() && !i.holdout,

@@ -242,7 +242,7 @@ class Settings(EngineTest):
         cycles.use_adaptive_sampling = cycles.use_denoising = False
         self.assertEqual(properties.copy_from_cycles(self.scene), [])
         for name, value, word in (
-            ("time_limit", 5.0, "loading"), ("use_fast_gi", True, "fast GI"),
+            ("time_limit", 5.0, "loading"),
             ("use_guiding", True, "guiding"),
         ):  # fmt: skip
             before = getattr(cycles, name)

@@ -12,7 +12,7 @@ import bpy
 import numpy
 
 from . import camera as cameras
-from . import colorspace, culling, decomposed, dicing, evaluated, geometry, gltf, graph_write, grids, images, lights, linking, materials, modifiers, motion, nodes, object_info, strands, views, visibility
+from . import colorspace, culling, decomposed, dicing, evaluated, fast_gi, geometry, gltf, graph_write, grids, images, lights, linking, materials, modifiers, motion, nodes, object_info, strands, views, visibility
 from . import world as worlds
 from .verdicts import APPROXIMATED, EXACT, LOST, Finding
 
@@ -113,6 +113,8 @@ class Exporter:
         self.materials.writes_indices = depsgraph.view_layer.use_pass_material_index
         self._culling = self._light_groups = self._links = self._instances = None
         self.changed_geometry = 0
+        self._fast_gi = fast_gi.of_scene(scene, self._world())
+        self._replaces = self._fast_gi is not None and self._fast_gi["method"] == "replace"
         self._planes = lights.Planes()
         # Evaluated data and slots -> glTF mesh, or None where there is nothing to render.
         self._meshes = {}
@@ -143,8 +145,7 @@ class Exporter:
         known = (thing.original for thing in self.depsgraph.ids if isinstance(thing, bpy.types.Object))
         self._links = linking.Linking(known)
         self._light_groups = [group.name for group in self.view_layer.lightgroups]
-        world = self._override("world") or self.scene.world
-        worlds.prepare(world and world.evaluated_get(self.depsgraph), self.cache, self._pixel())
+        worlds.prepare(self._world(), self.cache, self._pixel())
         has_hair = self.view_layer.use_strand and strands.are_in(self.depsgraph)
         told = time.monotonic()
         for count, instance in enumerate(self.depsgraph.object_instances):
@@ -214,6 +215,8 @@ class Exporter:
         offset = getattr(shown, "shadow_terminator_shading_offset", 0.0)
         if offset > 0:
             own["shading_offset"] = float(offset)
+        if self._replaces and (reach := fast_gi.distance_of([shown, parent])):
+            own["fast_gi_distance"] = reach
         if own:
             extension = {**(extension or {}), **own}
         extension = self._labelled(shown, extension)
@@ -657,16 +660,17 @@ class Exporter:
         if self.motion is not None:
             self.motion.restore()
 
+    def _world(self):
+        """The view layer's world as the depsgraph has it, seen or not."""
+        world = self._override("world") or self.scene.world
+        return world and world.evaluated_get(self.depsgraph)
+
     def world(self):
         """The world and the colour management, as SUNDOG_scene."""
-        world = self._override("world") or self.scene.world
-        if not self.view_layer.use_sky:
-            # As Cycles: it is not seen, and lights nothing.
-            world = None
+        # As Cycles: it is not seen, and lights nothing.
+        world = self._world() if self.view_layer.use_sky else None
         findings = []
         extension = {}
-        if world is not None:
-            world = world.evaluated_get(self.depsgraph)
         try:
             extension["world"] = worlds.describe(world, self.cache, self.document, findings, self.report, self._pixel(), layer=self.materials.layer)
         except (images.ImageError, RecursionError) as error:

@@ -5,7 +5,7 @@ import math
 
 import bpy
 
-from . import colorspace, lights, nodes, usd_layer, visibility
+from . import colorspace, fast_gi, lights, nodes, usd_layer, visibility
 from .verdicts import APPROXIMATED, LOST
 
 _KEPT = {"MESH", "CURVE", "SURFACE", "FONT", "META", "CURVES", "POINTCLOUD", "LIGHT", "CAMERA", "VOLUME"}
@@ -73,6 +73,8 @@ def _scene(scene, layer, verdicts):
         verdicts.add("scene", scene.name, LOST, "pixels are square")
     if not layer.use_solid:
         verdicts.add("scene", scene.name, LOST, "the view layer's switch Surfaces is taken as on")
+    if fast_gi.of_scene(scene, fast_gi.world_of(scene, layer)):
+        verdicts.add("scene", scene.name, LOST, "the fast GI approximation is left out: all bounces are traced")
     if any(group for group in layer.lightgroups):
         verdicts.add("scene", scene.name, LOST, "light groups are left out")
 

@@ -4,10 +4,13 @@ use std::path::{Path, PathBuf};
 
 use super::container::{Document, inside};
 use super::extensions::report_properties;
-use super::schema::SundogScene;
+use super::schema::{FastGiJson, SundogScene};
 use crate::color::SearchPlaces;
 use crate::math::primaries::WorkingSpace;
-use crate::scene::{Aov, ColorManagement, Diagnostics, RenderDefaults, Scene, Shutter, Verdict};
+use crate::scene::{
+    Aov, ColorManagement, Diagnostics, FastGi, FastGiMethod, RenderDefaults, Scene, Shutter,
+    Verdict,
+};
 
 /// More passes of its own has no scene.
 const MOST_AOVS: usize = 256;
@@ -60,6 +63,10 @@ pub(super) fn apply(
             objects_alone: shutter.objects_alone,
         };
     }
+    if let Some(gi) = &extension.fast_gi {
+        unknown(&gi.unknown, diagnostics);
+        scene.fast_gi = fast_gi(gi, diagnostics);
+    }
     for aov in &extension.aovs {
         unknown(&aov.unknown, diagnostics);
     }
@@ -76,6 +83,35 @@ pub(super) fn apply(
         }
         scene.color_management.working_space = known.unwrap_or_default();
     }
+}
+
+/// What stands for indirect light, if it is something that is known and changes anything.
+fn fast_gi(gi: &FastGiJson, diagnostics: &mut Diagnostics) -> Option<FastGi> {
+    let method = match gi.method.as_str() {
+        // As in Cycles, none and a factor of 0 are off.
+        "replace" if gi.bounces == 0 => return None,
+        "replace" => Some(FastGiMethod::Replace {
+            bounces: gi.bounces,
+        }),
+        "add" => Some(FastGiMethod::Add),
+        _ => None,
+    };
+    let is_number = |value: f32| value.is_finite() && value >= 0.0;
+    let Some(method) = method.filter(|_| is_number(gi.factor) && is_number(gi.distance)) else {
+        diagnostics.report(
+            "fast-gi",
+            Verdict::Lost,
+            "an unknown kind of fast GI",
+            "scene",
+            "all bounces are traced",
+        );
+        return None;
+    };
+    (gi.factor > 0.0).then_some(FastGi {
+        method,
+        factor: gi.factor,
+        distance: gi.distance,
+    })
 }
 
 /// The passes of the scene's own; of two with one name the first.

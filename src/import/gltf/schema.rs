@@ -44,11 +44,26 @@ pub(super) struct SundogScene {
     pub color_management: Option<ColorManagementJson>,
     pub render: Option<RenderJson>,
     pub shutter: Option<ShutterJson>,
+    pub fast_gi: Option<FastGiJson>,
     #[serde(default)]
     pub light_groups: Vec<String>,
     #[serde(default)]
     pub aovs: Vec<AovJson>,
     /// What is not known.
+    #[serde(flatten)]
+    pub unknown: Map<String, Value>,
+}
+
+/// What stands for indirect light.
+#[derive(Debug, Deserialize)]
+pub(super) struct FastGiJson {
+    /// "replace" or "add".
+    pub method: String,
+    /// Of "replace".
+    #[serde(default)]
+    pub bounces: u32,
+    pub factor: f32,
+    pub distance: f32,
     #[serde(flatten)]
     pub unknown: Map<String, Value>,
 }
@@ -380,6 +395,8 @@ pub(super) struct SundogObject {
     pub random: Option<f32>,
     pub shading_offset: Option<f32>,
     #[serde(default)]
+    pub fast_gi_distance: f32,
+    #[serde(default)]
     pub own_mesh: bool,
     pub asset: Option<String>,
     #[serde(flatten)]
@@ -407,6 +424,11 @@ impl SundogObject {
                 .shading_offset
                 .filter(|offset| (0.0..=1.0).contains(offset))
                 .unwrap_or(plain.shading_offset),
+            reach: if self.fast_gi_distance.is_finite() {
+                self.fast_gi_distance.max(0.0)
+            } else {
+                plain.reach
+            },
             own_mesh: self.own_mesh,
         }
     }

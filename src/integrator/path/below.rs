@@ -195,6 +195,9 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         let way = (self.throughput, self.bounce, self.counted());
         let vertex = self.beside.vertex::<E>(scene, met, (&bsdf, &past), way);
         self.rays += vertex.add_direct_light(&numbers, self.light);
+        if world.is_approximated() {
+            self.rays += vertex.add_openness(&numbers, Vec3::ONE, self.light);
+        }
         self.leave_by(met, &bsdf, &numbers)
     }
 

@@ -168,6 +168,9 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         let vertex = self.beside.vertex::<E>(scene, met, (&bsdf, &past), way);
         if is_lit {
             self.rays += vertex.add_direct_light(&numbers, self.light);
+            if world.is_approximated() {
+                self.rays += vertex.add_openness(&numbers, alpha(passes), self.light);
+            }
         }
         if opens {
             let there = brought * alpha(passes);

@@ -50,6 +50,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             self.beside.skipped = start.map_or(0.0, |start| start.distance(surface.point.point));
             self.beside.left = self.world.strand_of(hit);
         }
+        self.leave_object(Some(hit.object()));
         (self.origin, self.direction, self.span) = if let Some(start) = start {
             (start, direction, (RAY_START, f32::INFINITY))
         } else {

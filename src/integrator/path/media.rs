@@ -490,6 +490,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         true
     }
 
+        self.leave_object(self.beside.within.last_entered());
     /// Adds the light of a sampled light at a point of a medium, with a weight: of this one, where it varies.
     fn add_light_in_medium(
         &mut self,

@@ -157,6 +157,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                     self.beside.tints = (self.bounce, self.tints() + 1);
                     self.beside.left = self.world.strand_of(&found.hit);
                     self.beside.walked += found.hit.distance;
+                    self.leave_object(Some(found.hit.object()));
                     self.origin = passing.onward;
                     self.span = (RAY_START, f32::INFINITY);
                 }
@@ -228,6 +229,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         } else {
             None
         };
+        let stands = E::EVERYTHING && self.world.is_approximated() && self.shorten();
         let (hit, limit) = match self.own {
             _ if E::EVERYTHING && lid.is_some() => (lid, None),
             Some((hit, _)) if E::CURVED => (Some(hit), None),
@@ -247,6 +249,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             self.add_environment();
         }
         let far = if hit.is_none() { f32::INFINITY } else { far };
+        self.last |= stands && hit.is_some();
         if !again && lid_free && self.scattered(far, hit.is_none()) {
             return true;
         }
@@ -509,6 +512,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             medium.coming_through(self.throughput, f32::INFINITY)
         });
         let (settings, bounce, is_seen) = (self.settings, self.bounce, self.is_seen());
+        let world_share = self.world_share();
         let (previous, light) = (&self.beside.previous, &mut *self.light);
         let lights = &self.world.lights;
         lights.environment_le(
@@ -517,7 +521,10 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             ray,
             |emitted, light_pdf, source| {
                 let weight = light.weigh(settings, previous, source, emitted, light_pdf);
-                let found = throughput * emitted * weight;
+                let mut found = throughput * emitted * weight;
+                if E::EVERYTHING && source == Source::Environment {
+                    found *= world_share;
+                }
                 let kept = if !is_seen || source != Source::Environment {
                     light.add_found_by_chance(settings, found, (bounce, chance))
                 } else if settings.transparent_film {

@@ -62,6 +62,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             self.span = (RAY_START, f32::INFINITY);
             self.beside.passage = Passage::default();
             self.beside.skipped = 0.0;
+            self.leave_object(None);
         } else {
             let beyond = onward.dot(surface.normals.geometric) < 0.0;
             let crosses = (beyond, true);

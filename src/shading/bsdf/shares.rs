@@ -1,0 +1,46 @@
+//! What a BSDF scatters, in shares of the light.
+
+use super::{Bsdf, BsdfFeatures, Entry};
+use crate::math::average;
+use crate::shading::closure::Lobe;
+use glam::Vec3;
+
+impl<K: BsdfFeatures> Bsdf<K> {
+    /// Shares of light that are scattered diffusely, reflected otherwise, and let through: what passes divide
+    /// their light by.
+    pub fn colors(&self) -> [Vec3; 3] {
+        let mut sums = [self.lambert.color, Vec3::ZERO, Vec3::ZERO];
+        for Entry { lobe, albedo, .. } in self.others() {
+            if lobe.is_diffuse() {
+                sums[0] += *albedo;
+                continue;
+            }
+            let [reflected, transmitted] = lobe.colors(*albedo);
+            sums[1] += reflected;
+            sums[2] += transmitted;
+        }
+        sums
+    }
+
+    /// The share of light that is scattered diffusely at the surface, not below it.
+    pub fn diffuse_color(&self) -> Vec3 {
+        let mut sum = self.lambert.color;
+        for Entry { lobe, albedo, .. } in self.others() {
+            if lobe.is_diffuse() && !matches!(lobe, Lobe::Below(_)) {
+                sum += *albedo;
+            }
+        }
+        sum
+    }
+
+    /// The mean normal of what does; that of the surface where nothing does.
+    pub fn diffuse_normal(&self) -> Vec3 {
+        let mut sum = self.normal() * average(self.lambert.color);
+        for Entry { lobe, albedo, .. } in self.others() {
+            if lobe.is_diffuse() && !matches!(lobe, Lobe::Below(_)) {
+                sum += lobe.normal() * average(*albedo);
+            }
+        }
+        sum.try_normalize().unwrap_or(self.normals.shading)
+    }
+}
