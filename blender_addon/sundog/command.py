@@ -39,6 +39,15 @@ def seed(scene):
     return (settings.seed + frame * 0x9E3779B1) & 0xFFFFFFFF
 
 
+def samples(scene, layer):
+    """Samples of each pixel of a view layer: its own, if it has any and the scene lets them count, or at most these."""
+    most, own = scene.sundog.samples, layer.samples
+    counts = getattr(getattr(scene, "cycles", None), "use_layer_samples", "USE")
+    if not own or counts == "IGNORE":
+        return most
+    return min(own, most) if counts == "BOUNDED" else own
+
+
 def arguments(scene, layer, abilities, warn):
     """Flags for the picture, the effort and the light transport. `warn(text)` is told what the program cannot do."""
     settings, render = scene.sundog, scene.render
@@ -46,7 +55,7 @@ def arguments(scene, layer, abilities, warn):
     pixel_filter = _FILTERS[settings.pixel_filter_type]
     if settings.pixel_filter_type != "BOX":
         pixel_filter += f":{settings.filter_width:.6g}"
-    result = ["--width", str(width), "--height", str(height), "--filter", pixel_filter, "--samples", str(layer.samples or settings.samples)]
+    result = ["--width", str(width), "--height", str(height), "--filter", pixel_filter, "--samples", str(samples(scene, layer))]
     x0, y0, x1, y1 = border(render)
     if (x0, y0, x1, y1) != (0, 0, width, height):
         result += ["--region", f"{x0},{height - y1},{x1},{height - y0}"]
@@ -112,7 +121,7 @@ _FALLOFFS = {"QUADRATIC": 2.0, "LINEAR": 1.0, "INVERSE_QUADRATIC": 0.5}
 
 
 def pass_arguments(passes, abilities, layer, world=None):
-    """Flags for the passes of a view layer that the last frame shall have."""
+    """Flags for the passes of a view layer that the last frame shall have; `world`: the scene's."""
     if not abilities.has("passes"):
         return []
     # Those of light groups come with the file.
@@ -125,8 +134,10 @@ def pass_arguments(passes, abilities, layer, world=None):
             mist = world.mist_settings
             start, depth, power = mist.start, mist.depth, _FALLOFFS[mist.falloff]
         result += ["--mist", f"{start!r},{depth!r},{power}"]
-    if any(p.program == "AO" for p in passes) and world is not None and abilities.has("ao-distance"):
-        result += ["--ao-distance", repr(world.light_settings.distance)]
+    if any(p.program == "AO" for p in passes) and abilities.has("ao-distance"):
+        # Mist is of the scene's world, and this of the view layer's. Without any, nothing is too far.
+        own = getattr(layer, "world_override", None) or world
+        result += ["--ao-distance", repr(own.light_settings.distance) if own is not None else "1e9"]
     if abilities.has("alpha-threshold"):
         result += ["--alpha-threshold", f"{layer.pass_alpha_threshold:.6g}"]
     return result

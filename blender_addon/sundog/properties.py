@@ -203,8 +203,6 @@ def _notes(scene, cycles):
         yield "there is no path guiding, which changes noise alone"
     if getattr(cycles, "use_sample_subset", False) or getattr(cycles, "sample_offset", 0):
         yield "there are no sample subsets"
-    if cycles.use_layer_samples != "USE" and any(layer.samples for layer in scene.view_layers):
-        yield "the view layers' own samples count always"
 
 
 class SUNDOG_OT_copy_settings_from_cycles(bpy.types.Operator):

@@ -306,6 +306,8 @@ class SUNDOG_VIEW_LAYER_PT_override(_Closed, Panel):
         prop(layout, layer, "world_override")
         layout.prop(layer, "samples")
 
+        if hasattr(context.scene, "cycles"):
+            prop(layout, context.scene.cycles, "use_layer_samples")
 
 # Light
 

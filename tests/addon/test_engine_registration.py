@@ -229,6 +229,16 @@ class Settings(EngineTest):
             # One of the two decides.
             self.assertEqual(flags.get("--pixel-error"), None if on else "0.03")
 
+    def test_samples_of_view_layers_count_as_in_cycles(self):
+        layer = self.scene.view_layers[0]
+        self.scene.sundog.samples = 16
+        for counts, own, expected in (
+            ("USE", 0, 16), ("USE", 5, 5), ("USE", 30, 30), ("BOUNDED", 0, 16), ("BOUNDED", 5, 5), ("BOUNDED", 30, 16),
+            ("IGNORE", 0, 16), ("IGNORE", 5, 16), ("IGNORE", 30, 16),
+        ):  # fmt: skip
+            self.scene.cycles.use_layer_samples, layer.samples = counts, own
+            self.assertEqual(self.flags()["--samples"], str(expected), (counts, own))
+
     def flags(self):
         """The command line's flags with what follows them."""
         warned = []

@@ -101,6 +101,23 @@ class DataPasses(EngineTest):
             blocks = [passes[name].astype(float).reshape(HEIGHT // 8, 8, WIDTH // 8, 8, 3).mean(axis=(1, 3)) for passes in (ours, theirs)]
             self.near(f"the same, blocks within {distance}", *blocks)
 
+    def test_a_view_layers_world_says_how_far_occlusion_looks(self):
+        """And not what mist there is."""
+        layer = self.scene.view_layers[0]
+        layer.use_pass_ambient_occlusion = True
+        name = "ViewLayer.Ambient Occlusion" if FIVE else "ViewLayer.AO"
+        layer.world_override = bpy.data.worlds.new("other")
+        layer.world_override.light_settings.distance, layer.world_override.mist_settings.start = 0.5, 8
+        self.near_open(name, "by the view layer's world")
+        layer.world_override = None
+        self.scene.world = None
+        self.near_open(name, "without a world")
+
+    def near_open(self, name, words):
+        ours, theirs = self.both()
+        self.near(f"ambient occlusion {words}", ours[name], theirs[name], error=0.02)
+        self.near(f"mist {words}", ours["ViewLayer.Mist"], theirs["ViewLayer.Mist"])
+
     def test_an_orthographic_camera_has_mist_by_depth(self):
         self.scene.camera.data.type, self.scene.camera.data.ortho_scale = "ORTHO", 8
         ours, theirs = self.both()
