@@ -107,6 +107,30 @@ class LightPasses(EngineTest):
         self.ball("skin", (1.7, -2, 0), 0.9, **skin).data.materials[0].node_tree.nodes["Principled BSDF"].inputs["Subsurface Scale"].default_value = 0.3
         self.compare(["diffuse"], [name_of("diffuse", "color")], "below: ")
 
+    def test_light_groups_of_what_volumes_emit(self):
+        """One cloud within another: what both emit where they overlap is in the group of the one that was entered last."""
+        layer = self.scene.view_layers[0]
+        for number, (group, size, color) in enumerate((("large", 3.0, (1, 0.5, 0.2, 1)), ("small", 1.4, (0.1, 0.3, 1, 1)))):
+            layer.lightgroups.add(name=group)
+            bpy.ops.mesh.primitive_cube_add(size=size, location=(1.6, -1.8, 0.2), rotation=(0.1, 0.2, 0.3))
+            cloud = bpy.context.object
+            cloud.lightgroup = group
+            cloud.data.materials.append(bpy.data.materials.new(group))
+            cloud.data.materials[0].use_nodes = True
+            tree = cloud.data.materials[0].node_tree
+            tree.nodes.clear()
+            volume, out = tree.nodes.new("ShaderNodeVolumePrincipled"), tree.nodes.new("ShaderNodeOutputMaterial")
+            volume.inputs["Density"].default_value, volume.inputs["Emission Strength"].default_value = 0.3, 0.4
+            volume.inputs["Emission Color"].default_value = color
+            if number:
+                # What varies is another way through the program.
+                noise = tree.nodes.new("ShaderNodeTexNoise")
+                tree.links.new(noise.outputs[0], volume.inputs["Emission Strength"])
+            tree.links.new(volume.outputs[0], out.inputs["Volume"])
+        for thing in ("metal", "glass"):
+            bpy.data.objects.remove(bpy.data.objects[thing])
+        self.compare([], ["Combined", "Combined_large", "Combined_small"], "emission of volumes: ")
+
     def test_volumes(self):
         bpy.ops.mesh.primitive_cube_add(size=1.6, location=(1.6, -1.8, 0))
         fog = bpy.data.materials.new("fog")

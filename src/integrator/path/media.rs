@@ -9,7 +9,9 @@ use crate::math::average;
 use crate::medium::tracking::Gathered;
 use crate::medium::{Equiangular, Flight, Medium, transmittance};
 use crate::sampler::{Dimension, hashed};
-use crate::world::{Draws, Flown, Hit, Met, Passage, Past, RayKind, Sender, Way, Within, World};
+use crate::world::{
+    Draws, Flown, Hit, Met, Passage, Past, RayKind, Sender, Source, Way, Within, World,
+};
 use glam::Vec3;
 
 /// Tells the numbers of flights from those of opacity.
@@ -117,11 +119,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         // What it takes and scatters nowhere needs no number.
         let scatters = !self.last && self.beside.within.medium.scattering != Vec3::ZERO;
         let u = if scatters { self.flight_number() } else { 0.0 };
-        // What all space emits has no end.
-        if emitted != Vec3::ZERO && emitted.is_finite() {
-            let found = self.throughput * emitted;
-            self.light.add_found(self.settings, found, self.bounce);
-        }
+        self.add_glow(emitted);
         let (flight, by_light) = if scatters {
             self.add_light_on_the_way(length);
             let worth = if is_end {
@@ -153,6 +151,19 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                 None
             }
         }
+    }
+
+    /// Adds light that media emit on the way. As in Cycles all of it is in the light group of the object that was entered last.
+    fn add_glow(&mut self, emitted: Vec3) {
+        // What all space emits has no end.
+        if emitted == Vec3::ZERO || !emitted.is_finite() {
+            return;
+        }
+        let found = self.throughput * emitted;
+        let kept = self.light.add_found(self.settings, found, self.bounce);
+        let (within, lights) = (&self.beside.within, &self.world.lights);
+        let group = || lights.group(Source::Surface(within.last_entered()?));
+        self.light.sink.grouped(kept, group);
     }
 
     /// What comes to the path if it is scattered, for what comes to it otherwise: a guess that only changes the noise. Light of lamps
@@ -228,10 +239,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         } = self
             .world
             .fly(&self.beside.within, (&way, &sender), light, draws);
-        if emitted != Vec3::ZERO && emitted.is_finite() {
-            let found = self.throughput * emitted;
-            self.light.add_found(self.settings, found, self.bounce);
-        }
+        self.add_glow(emitted);
         match flight {
             Flight::Scattered(t, weight) => {
                 self.throughput *= weight;
@@ -267,10 +275,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             through,
             emitted,
         } = gathered;
-        if emitted != Vec3::ZERO && emitted.is_finite() {
-            let found = self.throughput * emitted;
-            self.light.add_found(self.settings, found, self.bounce);
-        }
+        self.add_glow(emitted);
         let Some((t, weight)) = scattered else {
             self.throughput *= through;
             return None;
@@ -484,13 +489,13 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         self.bounce += 1;
         self.clamp_as_deferred();
         self.last = self.bounce > self.settings.bounces || scattered > self.settings.volume_limit;
+        self.leave_object(self.beside.within.last_entered());
         if self.world.lights.is_shadow_linked() {
             self.add_shadow_linked();
         }
         true
     }
 
-        self.leave_object(self.beside.within.last_entered());
     /// Adds the light of a sampled light at a point of a medium, with a weight: of this one, where it varies.
     fn add_light_in_medium(
         &mut self,
