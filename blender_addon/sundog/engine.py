@@ -345,7 +345,8 @@ class _Screen:
                     continue
                 if len(target.rect) != pixels or target.channels != len(entry["channels"]):
                     raise ValueError(f"its pass {entry['name']} has another size than Blender's")
-                target.rect.foreach_set(values)
+                unit = passes.UNITS.get(entry["name"])
+                target.rect.foreach_set(values if unit is None else values * numpy.float32(unit))
 
     def missing(self, event):
         """Blender's names of the passes that a frame has not."""

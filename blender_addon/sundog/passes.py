@@ -52,8 +52,12 @@ _PASSES = (
     ("sundog.use_pass_albedo cycles.denoising_store_passes", "Denoising Albedo", "Denoising Albedo", "RGB", "COLOR"),
     ("sundog.use_pass_denoising_normal cycles.denoising_store_passes", "Denoising Normal", "Denoising Normal", "XYZ", "VECTOR"),
     ("cycles.denoising_store_passes", "Denoising Depth", "Denoising Depth", "Z", "VALUE"),
-    ("sundog.use_pass_sample_count", "Debug Sample Count", "Debug Sample Count", "X", "VALUE"),
+    ("cycles.pass_render_time", "Cost", "Render Time", "X", "VALUE"),
+    ("sundog.use_pass_sample_count cycles.pass_debug_sample_count", "Debug Sample Count", "Debug Sample Count", "X", "VALUE"),
 )
+
+# What Blender has in other units: milliseconds, where the program writes nanoseconds.
+UNITS = {"Cost": 1e-6}
 
 # There whenever the picture is denoised, as in Cycles.
 NOISY = Pass(None, "Noisy Image", "Noisy Image", "RGBA", "COLOR")
@@ -77,6 +81,9 @@ UNKNOWN = {
     "use_pass_subsurface_direct": "Subsurface Direct",
     "use_pass_subsurface_indirect": "Subsurface Indirect",
     "use_pass_subsurface_color": "Subsurface Color",
+    "cycles.use_pass_volume_scatter": "Volume Scatter",
+    "cycles.use_pass_volume_transmit": "Volume Transmit",
+    "cycles.use_pass_volume_majorant": "Volume Majorant",
 }
 
 # What Cycles 5.2 stores for denoisers besides.

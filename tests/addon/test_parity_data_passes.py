@@ -118,6 +118,17 @@ class DataPasses(EngineTest):
         self.near(f"ambient occlusion {words}", ours[name], theirs[name], error=0.02)
         self.near(f"mist {words}", ours["ViewLayer.Mist"], theirs["ViewLayer.Mist"])
 
+    def test_times(self):
+        if not hasattr(self.scene.view_layers[0].cycles, "pass_render_time"):
+            self.skipTest("Cycles has no such pass")
+        self.scene.view_layers[0].cycles.pass_render_time = True
+        found = self.both()
+        means = [passes["ViewLayer.Render Time"].astype(float).mean() for passes in found]
+        print(f"milliseconds a pixel: {means}", flush=True)
+        for mean in means:
+            # Of 128 samples, in milliseconds.
+            self.assertTrue(0.01 < mean < 100, mean)
+
     def test_an_orthographic_camera_has_mist_by_depth(self):
         self.scene.camera.data.type, self.scene.camera.data.ortho_scale = "ORTHO", 8
         ours, theirs = self.both()
