@@ -7,10 +7,14 @@ use crate::camera::CameraRay;
 use crate::effects::General;
 use crate::film::objects::FirstObject;
 use crate::film::pixel::CenterSample;
+use crate::math::average;
 use crate::math::float::RAY_START;
-use crate::sampler::{Dimension, Sampler};
+use crate::sampler::{Dimension, Sampler, hashed};
 use crate::world::{Asking, Hit, Passage, RayKind, Scratch, Sender, Wanted, World};
 use glam::{Vec2, Vec3};
+
+/// Tells the numbers of fog on the way from those of opacity.
+const FOG: u32 = 0x_0f06_0da7;
 
 /// The surface that it meets.
 #[derive(Clone, Copy, Debug)]
@@ -109,6 +113,23 @@ fn first_hit(
     None
 }
 
+/// Whether the ray comes to a place, by chance: in Cycles a path that fog has scattered tells no data of surfaces.
+fn comes_through(world: &World, sampler: &Sampler, ray: &CameraRay, place: Vec3) -> bool {
+    if !world.has_fog() {
+        return true;
+    }
+    let sender = Sender {
+        time: ray.time,
+        near: ray.near,
+        ..RayKind::Camera.into()
+    };
+    let key = sampler.key(Dimension::Opacity, 0);
+    let way = (ray.origin, ray.direction);
+    let share = world.media_before(&world.media_at_camera(), way, Some(place), (&sender, key));
+    // Its first sample knows of no light: three quarters of the choice is a half, and one what the way leaves.
+    share == Vec3::ONE || hashed(key, FOG, 0) < 0.375 + 0.25 * average(share)
+}
+
 /// The same as passes tell of it, and its object's number.
 pub fn meet(
     world: &World,
@@ -116,15 +137,14 @@ pub fn meet(
     sampler: &Sampler,
     ray: &CameraRay,
 ) -> (CenterSample, Option<u32>) {
-    first_hit(world, settings, sampler, ray).map_or(
-        (CenterSample::default(), None),
-        |(origin, hit)| {
-            let point = origin + ray.direction * hit.distance;
-            let center = CenterSample {
-                depth: world.camera.depth(point),
-                position: (world.origin + point.as_dvec3()).as_vec3(),
-            };
-            (center, Some(hit.object()))
-        },
-    )
+    let met = first_hit(world, settings, sampler, ray)
+        .map(|(origin, hit)| (origin + ray.direction * hit.distance, hit))
+        .filter(|(point, _)| comes_through(world, sampler, ray, *point));
+    met.map_or((CenterSample::default(), None), |(point, hit)| {
+        let center = CenterSample {
+            depth: world.camera.depth(point),
+            position: (world.origin + point.as_dvec3()).as_vec3(),
+        };
+        (center, Some(hit.object()))
+    })
 }

@@ -314,6 +314,15 @@ impl World {
         })
     }
 
+    /// Whether anything between surfaces scatters light.
+    pub fn has_fog(&self) -> bool {
+        self.media.as_ref().is_some_and(|media| {
+            let objects = media.of_objects.iter().flatten();
+            let mut all = media.everywhere.iter().chain(objects);
+            all.any(|filling| filling.varying.is_some() || filling.even.scattering != Vec3::ZERO)
+        })
+    }
+
     /// What is where no object is.
     #[cold]
     #[inline(never)]

@@ -129,6 +129,30 @@ class DataPasses(EngineTest):
             # Of 128 samples, in milliseconds.
             self.assertTrue(0.01 < mean < 100, mean)
 
+    def test_fog_hides_data_by_chance(self):
+        """What the ray through a pixel's middle tells is told where no fog scatters it: a share of the pixels."""
+        layer = self.scene.view_layers[0]
+        layer.use_pass_z = layer.use_pass_ambient_occlusion = True
+        bpy.ops.mesh.primitive_cube_add(size=7.6, location=(0, 0, 2.9))
+        fog = bpy.data.materials.new("fog")
+        fog.use_nodes = True
+        tree = fog.node_tree
+        tree.nodes.clear()
+        scatter, out = tree.nodes.new("ShaderNodeVolumeScatter"), tree.nodes.new("ShaderNodeOutputMaterial")
+        scatter.inputs["Density"].default_value = 0.1
+        tree.links.new(scatter.outputs[0], out.inputs["Volume"])
+        bpy.context.object.data.materials.append(fog)
+        ours, theirs = self.both()
+        depth, index = "ViewLayer.Depth", f"ViewLayer.{INDICES[0]}"
+        shares = [[(passes[depth] < 1e9).mean(), (passes[index] == 7).mean()] for passes in (ours, theirs)]
+        print(f"shares of pixels with a depth, and with the cube's index: {shares}", flush=True)
+        for a, b in zip(*shares):
+            self.assertGreater(b, 0.01)
+            # By as many draws as there are pixels.
+            self.assertLess(abs(a - b), 5 * math.sqrt(2 * b / (WIDTH * HEIGHT)))
+        name = "ViewLayer.Ambient Occlusion" if FIVE else "ViewLayer.AO"
+        self.near("ambient occlusion in fog", ours[name], theirs[name], error=0.02)
+
     def test_an_orthographic_camera_has_mist_by_depth(self):
         self.scene.camera.data.type, self.scene.camera.data.ortho_scale = "ORTHO", 8
         ours, theirs = self.both()
