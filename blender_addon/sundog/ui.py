@@ -215,14 +215,15 @@ class SUNDOG_RENDER_PT_simplify(_Closed, Panel):
         column = layout.column(heading="Render")
         column.prop(render, "simplify_subdivision_render", text="Max Subdivision")
         column.prop(render, "simplify_child_particles_render", text="Child Particles")
+        cycles = getattr(context.scene, "cycles", None)
+        if cycles is not None:
+            prop(column, cycles, "texture_resolution_render", text="Texture Resolution")
+            prop(column, cycles, "texture_limit_render", text="Texture Size Limit")
         column = layout.column(heading="Viewport")
         column.prop(render, "simplify_subdivision", text="Max Subdivision")
         column.prop(render, "simplify_child_particles", text="Child Particles")
         prop(column, render, "simplify_volumes", text="Volume Resolution")
         prop(column, render, "use_simplify_normals", text="Normals")
-        cycles = getattr(context.scene, "cycles", None)
-        if getattr(cycles, "texture_limit_render", "OFF") != "OFF":
-            layout.label(text="Sundog has no texture limit", icon="INFO")
 
 
 class SUNDOG_RENDER_PT_film(_Closed, Panel):
@@ -270,6 +271,8 @@ class SUNDOG_VIEW_LAYER_PT_passes(_Buttons, Panel):
         column.prop(layer.sundog, "use_pass_albedo")
         column.prop(layer.sundog, "use_pass_denoising_normal")
         column.prop(layer.sundog, "use_pass_sample_count")
+        if hasattr(layer, "cycles"):
+            prop(column, layer.cycles, "pass_render_time")
         column.prop(layer.sundog, "use_centre_passes")
         if hasattr(layer, "cycles"):
             column.prop(layer.cycles, "use_pass_shadow_catcher")
@@ -305,9 +308,9 @@ class SUNDOG_VIEW_LAYER_PT_override(_Closed, Panel):
         layout.prop(layer, "material_override")
         prop(layout, layer, "world_override")
         layout.prop(layer, "samples")
-
         if hasattr(context.scene, "cycles"):
             prop(layout, context.scene.cycles, "use_layer_samples")
+
 
 # Light
 
@@ -546,10 +549,10 @@ _CLASSES = (
     SUNDOG_RENDER_PT_denoising,
     SUNDOG_RENDER_PT_sampling_advanced,
     SUNDOG_RENDER_PT_light_paths,
+    SUNDOG_RENDER_PT_fast_gi,
     SUNDOG_RENDER_PT_curves,
     SUNDOG_RENDER_PT_simplify,
     SUNDOG_RENDER_PT_film,
-    SUNDOG_RENDER_PT_fast_gi,
     SUNDOG_RENDER_PT_performance,
     SUNDOG_RENDER_PT_scene_check,
     SUNDOG_VIEW_LAYER_PT_passes,

@@ -148,7 +148,12 @@ class Hook(kit.ExportTest):
         data.dof.use_dof, data.dof.focus_object, data.shift_x = True, self.link("target", None), 0.25
         self.scene.world = bpy.data.worlds.new("world")
         self.scene.view_settings.exposure = 1.5
+        self.scene.world = bpy.data.worlds.new("world")
+        self.scene.cycles.use_fast_gi = self.scene.render.use_simplify = True
+        self.scene.cycles.texture_limit_render = "512"
         ours, root = self.export(), self.stock()
+        self.assertEqual(ours.scene()["texture_limit"], {"size": 512})
+        self.assertEqual(ours.scene()["fast_gi"]["method"], "replace")
         camera = root["cameras"][0]["extensions"]["SUNDOG_camera"]
         self.assert_same(camera, ours["cameras"][0]["extensions"]["SUNDOG_camera"])
         self.assert_same(root["scenes"][0]["extensions"]["SUNDOG_scene"], ours.scene())

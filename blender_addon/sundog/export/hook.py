@@ -13,7 +13,7 @@ import bpy
 import numpy
 
 from . import camera as cameras
-from . import colorspace, images, lights, nodes, shaders, visibility
+from . import colorspace, fast_gi, images, lights, nodes, shaders, visibility
 from . import scene as scenes
 from . import world as worlds
 from .verdicts import LOST
@@ -149,6 +149,9 @@ class glTF2ExportUserExtension:
             "color_management": scenes.color_management(blender_scene),
             "render": scenes.render_settings(blender_scene),
         }
+        for name, value in (("fast_gi", fast_gi.of_scene(blender_scene, world)), ("texture_limit", scenes.texture_limit(blender_scene))):
+            if value:
+                content[name] = value
         if colorspace.working_space() != colorspace.REC709:
             # The exporter writes numbers as they stand.
             content["working_space"] = colorspace.working_space()

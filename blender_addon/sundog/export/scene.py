@@ -680,6 +680,11 @@ class Exporter:
             self._aovs(world, extension["world"], findings)
             self.verdicts.extend("world", world.name, findings)
             extension["world"].update(self._grouped(world))
+        if self._fast_gi is not None:
+            extension["fast_gi"] = self._fast_gi
+        limit = texture_limit(self.scene)
+        if limit:
+            extension["texture_limit"] = limit
         if self._light_groups:
             extension["light_groups"] = self._light_groups
         space = colorspace.working_space()
@@ -743,6 +748,21 @@ def color_management(scene):
         config = os.environ["OCIO"]
     if os.path.isfile(config):
         result["config"] = config
+    return result
+
+
+def texture_limit(scene):
+    """How large images may be, by Simplify; empty if there is no limit."""
+    cycles = getattr(scene, "cycles", None)
+    if cycles is None or not scene.render.use_simplify:
+        return {}
+    result = {}
+    # From 5.2 on.
+    resolution = getattr(cycles, "texture_resolution_render", 1.0)
+    if resolution < 1:
+        result["resolution"] = float(resolution)
+    if cycles.texture_limit_render != "OFF":
+        result["size"] = int(cycles.texture_limit_render)
     return result
 
 

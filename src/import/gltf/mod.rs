@@ -15,6 +15,7 @@ mod image_spaces;
 mod khr_surfaces;
 mod layers;
 mod lights;
+mod limited;
 mod material;
 mod material_list;
 mod medium;
@@ -251,6 +252,10 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         let place = (path, options.allow_outside);
         scene_extension::apply(extension, place, &mut scene, &mut diagnostics);
     }
+    let limit = extension.and_then(|extension| extension.texture_limit.as_ref());
+    if let Some(limit) = limit {
+        limit.apply(&conversions, &mut scene);
+    }
     image_spaces::convert(
         &conversions,
         &mut scene.images,
@@ -261,7 +266,7 @@ pub(super) fn load(path: &Path, options: &ImportOptions) -> Result<Imported, Imp
         world::load(
             &document,
             (world, world_graph),
-            options.image_bytes,
+            (options.image_bytes, limit),
             &mut scene,
             &mut diagnostics,
         )?;

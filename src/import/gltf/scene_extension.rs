@@ -67,6 +67,9 @@ pub(super) fn apply(
         unknown(&gi.unknown, diagnostics);
         scene.fast_gi = fast_gi(gi, diagnostics);
     }
+    if let Some(limit) = &extension.texture_limit {
+        unknown(&limit.unknown, diagnostics);
+    }
     for aov in &extension.aovs {
         unknown(&aov.unknown, diagnostics);
     }

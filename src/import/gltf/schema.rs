@@ -45,6 +45,7 @@ pub(super) struct SundogScene {
     pub render: Option<RenderJson>,
     pub shutter: Option<ShutterJson>,
     pub fast_gi: Option<FastGiJson>,
+    pub texture_limit: Option<TextureLimitJson>,
     #[serde(default)]
     pub light_groups: Vec<String>,
     #[serde(default)]
@@ -66,6 +67,22 @@ pub(super) struct FastGiJson {
     pub distance: f32,
     #[serde(flatten)]
     pub unknown: Map<String, Value>,
+}
+
+/// How large images may be.
+#[derive(Debug, Deserialize)]
+pub(super) struct TextureLimitJson {
+    /// Share of their pixels along each side.
+    #[serde(default = "whole")]
+    pub resolution: f32,
+    /// Most pixels along a side.
+    pub size: Option<u32>,
+    #[serde(flatten)]
+    pub unknown: Map<String, Value>,
+}
+
+fn whole() -> f32 {
+    1.0
 }
 
 /// A pass of the scene's own.

@@ -5,7 +5,7 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 use super::container::Document;
 use super::extensions::report_property;
 use super::medium;
-use super::schema::{WorldJson, WorldSunJson};
+use super::schema::{TextureLimitJson, WorldJson, WorldSunJson};
 use crate::import::{ImportError, Taking, environment_image, left_for_images};
 use crate::scene::graph::Graph;
 use crate::scene::{
@@ -20,7 +20,7 @@ const ORTHONORMAL: f64 = 1e-4;
 pub(super) fn load(
     document: &Document,
     (world, graph): (&WorldJson, Option<Graph>),
-    most_bytes: Option<u64>,
+    (most_bytes, limit): (Option<u64>, Option<&TextureLimitJson>),
     scene: &mut Scene,
     diagnostics: &mut Diagnostics,
 ) -> Result<(), ImportError> {
@@ -59,7 +59,10 @@ pub(super) fn load(
         image = Some(ImageId(
             u32::try_from(scene.images.len()).unwrap_or(u32::MAX),
         ));
-        scene.images.push(decoded);
+        scene.images.push(match limit {
+            Some(limit) => limit.of(decoded, false),
+            None => decoded,
+        });
     }
     // An image is multiplied with nothing, and without one the world is black.
     let default = if image.is_some() { 1.0 } else { 0.0 };

@@ -23,6 +23,7 @@ use crate::scene::{Image, Pixels, Place, Values};
 
 pub(crate) use self::loading::{Bytes, Encoded, bytes_of_file, decode_all, tell_in_file};
 pub use self::openexr::ExrLayer;
+pub(crate) use self::reduced::{TextureLimit, halved};
 use self::reduced::{halvings, reduced, to_files};
 
 /// Why an image cannot be decoded.

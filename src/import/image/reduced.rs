@@ -64,6 +64,95 @@ pub(crate) fn reduced(image: Image, halvings: u32) -> Image {
     }
 }
 
+/// Blender's Simplify: how large images may be.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TextureLimit {
+    /// The share of the pixels along each side that is asked for.
+    pub resolution: f32,
+    /// The most pixels along a side.
+    pub size: u32,
+}
+
+impl TextureLimit {
+    /// By how many halvings an image gets that small.
+    pub fn halvings(&self, width: u32, height: u32) -> u32 {
+        let mut halvings = 0;
+        let is_too_large = |halvings: u32| {
+            let share = 0.5_f32.powi(halvings as i32);
+            width.max(height) >> halvings > self.size.max(1) || share > self.resolution
+        };
+        while width.max(height) >> halvings > 1 && is_too_large(halvings) {
+            halvings += 1;
+        }
+        halvings
+    }
+}
+
+/// The image halved so often, as Cycles does it: each pixel is the mean of a square, and of odd sizes the upper rows and the right columns
+/// go. `weighted`: colours count by their opacity.
+pub(crate) fn halved(image: Image, halvings: u32, weighted: bool) -> Image {
+    if halvings == 0 {
+        return image;
+    }
+    // No side gets shorter than a pixel.
+    let square = [image.width, image.height].map(|side| 1 << halvings.min(side.max(1).ilog2()));
+    let from = [image.width as usize, image.height as usize];
+    let places = (from, square, image.channels.max(1) as usize);
+    let pixels = match &image.pixels {
+        Pixels::U8(v) => means(v, places, weighted, f32::from, |m| (m + 0.5) as u8).into(),
+        Pixels::U16(v) => means(v, places, weighted, f32::from, |m| (m + 0.5) as u16).into(),
+        Pixels::F32(v) => means(v, places, weighted, |c| c, |m| m).into(),
+    };
+    Image {
+        width: image.width / square[0],
+        height: image.height / square[1],
+        pixels,
+        ..image
+    }
+}
+
+fn means<T: Copy>(
+    values: &[T],
+    (from, square, channels): ([usize; 2], [u32; 2], usize),
+    weighted: bool,
+    number: impl Fn(T) -> f32,
+    stored: impl Fn(f32) -> T,
+) -> Vec<T> {
+    let [across, up] = square.map(|side| side as usize);
+    // Rows are from the top.
+    let top = from[1] % up;
+    let opacity = (weighted && channels.is_multiple_of(2)).then_some(channels - 1);
+    let mut result = Vec::with_capacity(values.len() / (across * up) + channels);
+    let mut sums = vec![0.0; channels];
+    for y in (top..from[1]).step_by(up) {
+        for x in (0..from[0] - from[0] % across).step_by(across) {
+            let (mut plain, mut weights) = (vec![0.0; channels], 0.0);
+            sums.fill(0.0);
+            for row in y..y + up {
+                for column in x..x + across {
+                    let at = (row * from[0] + column) * channels;
+                    let pixel = &values[at..at + channels];
+                    let weight = opacity.map_or(1.0, |alpha| number(pixel[alpha]));
+                    weights += weight;
+                    for (channel, &value) in pixel.iter().enumerate() {
+                        sums[channel] += weight * number(value);
+                        plain[channel] += number(value);
+                    }
+                }
+            }
+            for channel in 0..channels {
+                let counts = opacity.is_some_and(|alpha| channel != alpha) && weights > 0.0;
+                result.push(stored(if counts {
+                    sums[channel] / weights
+                } else {
+                    plain[channel] / (across * up) as f32
+                }));
+            }
+        }
+    }
+    result
+}
+
 fn mean<T: Copy>(
     values: &[T],
     (from, to, channels): ((usize, usize), (usize, usize), usize),

@@ -51,3 +51,63 @@ fn the_largest_go_out_of_memory_until_the_others_fit() {
     assert_eq!(to_files(&sizes, 10_399), [false, true, false, false, true]);
     assert_eq!(to_files(&sizes, 0), [true, true, true, false, true]);
 }
+
+fn row(channels: u32, pixels: Pixels, width: u32) -> Image {
+    Image {
+        name: String::new(),
+        width,
+        height: 1,
+        channels,
+        pixels,
+    }
+}
+
+/// As Cycles 5.2 shows images under Simplify's texture limit: measured texel by texel.
+#[test]
+fn halves_are_cycles() {
+    let of = |resolution: f32, size: u32| TextureLimit { resolution, size };
+    for (limit, (width, height), expected) in [
+        (of(1.0, 128), (256, 64), (128, 32)),
+        (of(1.0, 128), (300, 200), (75, 50)),
+        (of(0.5, 128), (256, 256), (128, 128)),
+        (of(0.3, 128), (256, 256), (64, 64)),
+        (of(0.9, u32::MAX), (200, 100), (100, 50)),
+        (of(0.26, u32::MAX), (200, 100), (50, 25)),
+        (of(0.4, u32::MAX), (301, 201), (75, 50)),
+        (of(0.01, u32::MAX), (300, 10), (2, 1)),
+        (of(1.0, u32::MAX), (300, 10), (300, 10)),
+        (of(0.0, 0), (5, 3), (1, 1)),
+    ] {
+        let halvings = limit.halvings(width, height);
+        let side = |side: u32| (side >> halvings).max(1);
+        assert_eq!((side(width), side(height)), expected, "{limit:?}");
+    }
+    // Half a byte is rounded up, and an odd one goes.
+    let found = halved(row(1, vec![1u8, 2, 9].into(), 3), 1, false);
+    assert!(matches!(&found.pixels, Pixels::U8(p) if ***p == [2]));
+    let column = Image {
+        width: 1,
+        height: 3,
+        ..row(1, vec![9u8, 1, 2].into(), 3)
+    };
+    let found = halved(column, 1, false);
+    assert!(matches!(&found.pixels, Pixels::U8(p) if ***p == [2]));
+    // Rounded once.
+    let found = halved(row(1, vec![0u8, 1, 0, 0].into(), 4), 2, false);
+    assert!(matches!(&found.pixels, Pixels::U8(p) if ***p == [0]));
+    let square = Image {
+        height: 2,
+        ..row(1, vec![1.0f32, 2.0, 3.0, 4.0].into(), 2)
+    };
+    let found = halved(square, 1, false);
+    assert!(matches!(&found.pixels, Pixels::F32(p) if ***p == [2.5]));
+}
+
+#[test]
+fn colours_of_halves_count_by_their_opacity() {
+    let image = || row(2, vec![1.0f32, 0.0, 3.0, 0.5].into(), 2);
+    let found = halved(image(), 1, true);
+    assert!(matches!(&found.pixels, Pixels::F32(p) if ***p == [3.0, 0.25]));
+    let found = halved(image(), 1, false);
+    assert!(matches!(&found.pixels, Pixels::F32(p) if ***p == [2.0, 0.25]));
+}
