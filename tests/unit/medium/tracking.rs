@@ -1,5 +1,5 @@
 use super::*;
-use crate::medium::share;
+use crate::medium;
 use crate::sampler::hashed;
 
 /// Extinction that grows along x, by channel; it scatters a share.
@@ -71,7 +71,7 @@ fn transmittance_is_right_in_the_mean_whatever_the_bounds() {
         let grid = grid(share, 0.0);
         let found = estimate(60_000, |sample| {
             let mut marches = [grid.along(RAY.0, RAY.1, 0.0)];
-            share(&mut marches, 0.0, (0.0, 9.0), draws(sample), |t| {
+            medium::share(&mut marches, 0.0, (0.0, 9.0), draws(sample), |t| {
                 local(RAY.0 + RAY.1 * t, SLOPE, 0.5, 0.0)
             })
         });
@@ -88,7 +88,7 @@ fn bounds_that_are_far_too_low_are_raised() {
         let samples = 60_000;
         let found = estimate(samples, |sample| {
             let mut marches = [grid.along(RAY.0, RAY.1, 0.0)];
-            share(&mut marches, 0.0, (0.0, 9.0), draws(sample), |t| {
+            medium::share(&mut marches, 0.0, (0.0, 9.0), draws(sample), |t| {
                 local(RAY.0 + RAY.1 * t, SLOPE, 0.5, 0.0)
             })
         });
@@ -119,7 +119,7 @@ fn what_is_thick_for_one_channel_alone_ends_and_keeps_the_others() {
     let samples = 2000;
     let way = (100.0, 102.0);
     let shares = estimate(samples, |sample| {
-        share(&mut [], 1e10, way, draws(sample), local)
+        medium::share(&mut [], 1e10, way, draws(sample), local)
     });
     agrees(shares, expected, "transmittance");
     let flights = estimate(samples, |sample| {
@@ -150,7 +150,7 @@ fn bounds_that_are_a_cell_off_make_no_error() {
         let grid = Majorants::new(even(corners.0, corners.1, 16), there, |_, _| None);
         let found = estimate(60_000, |sample| {
             let mut marches = [grid.along(RAY.0, RAY.1, 0.0)];
-            share(&mut marches, 0.0, (0.0, 9.0), draws(sample), |t| {
+            medium::share(&mut marches, 0.0, (0.0, 9.0), draws(sample), |t| {
                 step((RAY.0 + RAY.1 * t).x)
             })
         });
@@ -260,7 +260,7 @@ fn extremes_end_and_stay_finite() {
         let shares = estimate(1000, |sample| {
             let mut marches = [grid.along(from, direction, 0.0)];
             let there = |t: f32| thick(from + direction * t);
-            share(
+            medium::share(
                 &mut marches,
                 0.0,
                 (0.0, f32::INFINITY),
