@@ -27,6 +27,7 @@ from denoised import ENGINES, conditions, geometric, processor_seconds, tell  # 
 from sundog.compare.settings import linear_exr  # noqa: E402
 
 LAMPS = {"area": ("AREA", (2, -1, 4), 300), "point": ("POINT", (-2, -2, 2), 100)}
+ALL_LAMPS = {**LAMPS, "sun": ("SUN", (0, 0, 8), 3)}
 
 
 def stage(lamps, bounces):
@@ -38,7 +39,7 @@ def stage(lamps, bounces):
     bpy.ops.mesh.primitive_plane_add(size=20, location=(0, 0, -1.2))
     bpy.context.object.data.materials.append(kit.material("floor"))
     for name in lamps:
-        kind, place, energy = LAMPS[name]
+        kind, place, energy = ALL_LAMPS[name]
         bpy.ops.object.light_add(type=kind, location=place)
         bpy.context.object.data.energy = energy
     kit.even_world(scene, 0.1)
@@ -67,22 +68,35 @@ def fog(lamps, density=1.0, bounces=4, size=2.0):
     filled("ShaderNodeVolumeScatter", Color=(0.9, 0.8, 0.7, 1), Density=density, Anisotropy=0.3)
 
 
-def cloud(lamps):
-    """A cube whose density is a noise, less its mean: empty space and dense wisps."""
-    stage(lamps, 4)
-    bpy.ops.mesh.primitive_cube_add(size=2)
-    tree, shader = filled("ShaderNodeVolumePrincipled", Color=(0.9, 0.8, 0.7, 1), Anisotropy=0.3)
+def by_noise(tree, shader, scale, *steps):
+    """Makes the density of a volume a noise, after some operations."""
     place, noise = tree.nodes.new("ShaderNodeTexCoord"), tree.nodes.new("ShaderNodeTexNoise")
-    noise.inputs["Scale"].default_value = 2.0
+    noise.inputs["Scale"].default_value = scale
     tree.links.new(place.outputs["Object"], noise.inputs["Vector"])
     density = noise.outputs[0]
-    for operation, value in (("SUBTRACT", 0.45), ("MULTIPLY", 20.0)):
+    for operation, value in steps:
         math_node = tree.nodes.new("ShaderNodeMath")
         math_node.operation, math_node.use_clamp = operation, operation == "SUBTRACT"
         math_node.inputs[1].default_value = value
         tree.links.new(density, math_node.inputs[0])
         density = math_node.outputs[0]
     tree.links.new(density, shader.inputs["Density"])
+
+
+def uneven_fog(lamps):
+    """A camera within a large cube of fog by a noise, nowhere empty."""
+    stage(lamps, 2)
+    bpy.ops.mesh.primitive_cube_add(size=30)
+    tree, shader = filled("ShaderNodeVolumeScatter", Color=(0.9, 0.8, 0.7, 1))
+    by_noise(tree, shader, 0.5, ("MULTIPLY", 0.1))
+
+
+def cloud(lamps):
+    """A cube whose density is a noise, less its mean: empty space and dense wisps."""
+    stage(lamps, 4)
+    bpy.ops.mesh.primitive_cube_add(size=2)
+    tree, shader = filled("ShaderNodeVolumePrincipled", Color=(0.9, 0.8, 0.7, 1), Anisotropy=0.3)
+    by_noise(tree, shader, 2.0, ("SUBTRACT", 0.45), ("MULTIPLY", 20.0))
 
 
 def head(radius, color):
@@ -102,6 +116,7 @@ SCENES = {
     "both lamps in fog": lambda: fog(LAMPS),
     "fog of 20 mean free paths": lambda: fog(LAMPS, density=10.0, bounces=12),
     "camera inside a thin fog": lambda: fog(LAMPS, density=0.05, size=30.0),
+    "camera inside an uneven fog": lambda: uneven_fog(("sun",)),
     "cloud": lambda: cloud(LAMPS),
     "cloud below an area lamp": lambda: cloud(("area",)),
     "head, deep": lambda: head(0.3, (0.8, 0.5, 0.4, 1)),
