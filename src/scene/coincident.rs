@@ -58,8 +58,11 @@ const AT_ONCE: usize = 4096;
 /// What a transform may be off a turn by right angles: Blender's sine and cosine of one are f32.
 const RIGHT_ANGLE: f64 = 1e-6;
 
-/// Triangles overlap if they do by this share of their size: edges that meet may cross by rounding.
+/// Triangles overlap if they do by this share of the size of the smaller one, and by more than coordinates are rounded to: edges that meet
+/// may cross by rounding.
 const DEPTH: f64 = 1e-5;
+/// What coordinates are rounded to, as a share of the largest: two points of an edge and what lies beside it, by an f32's half each.
+const ROUNDED: f64 = 4.0 * f32::EPSILON as f64;
 
 /// A plane across an axis, in world space and f32, as Cycles has it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -193,11 +196,12 @@ fn lies_on_nothing(scene: &Scene, instance: &Instance) -> bool {
     !instance.motion.is_empty() || !mesh.motion.is_empty() || mesh.has_strands()
 }
 
-/// Whether axes stay axes.
-fn keeps_axes(transform: &DAffine3) -> bool {
-    let m = &transform.matrix3;
-    [m.x_axis, m.y_axis, m.z_axis].iter().all(|column| {
-        let size = column.abs();
+/// Which axes of the world are along an axis of what is transformed: coordinates along them hang on one coordinate alone, however it is
+/// turned about them.
+fn kept_axes(transform: &DAffine3) -> [bool; 3] {
+    let rows = transform.matrix3.transpose();
+    [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| {
+        let size = row.abs();
         let others = size.element_sum() - size.max_element();
         others <= RIGHT_ANGLE * size.max_element()
     })
@@ -227,15 +231,16 @@ fn flats(scene: &Scene) -> Vec<Flat> {
     let mut flats = Vec::new();
     for (number, instance) in scene.instances.iter().enumerate() {
         let place = &instance.world_from_object;
-        if !keeps_axes(place) || lies_on_nothing(scene, instance) {
+        let kept = kept_axes(place);
+        if kept == [false; 3] || lies_on_nothing(scene, instance) {
             continue;
         }
         let mesh = mesh_of(scene, instance);
         let slot = &mut of_mesh[instance.mesh.0 as usize];
         for &triangle in slot.get_or_insert_with(|| across_axes(mesh)).iter() {
             let [a, b, c] = corners(mesh, triangle).map(|p| placed(place, p));
-            let level = (0..3).find(|&axis| a[axis] == b[axis] && a[axis] == c[axis]);
-            let Some(axis) = level else {
+            let is_level = |axis: usize| a[axis] == b[axis] && a[axis] == c[axis];
+            let Some(axis) = (0..3).find(|&axis| kept[axis] && is_level(axis)) else {
                 continue;
             };
             let flat = Flat {
@@ -271,16 +276,19 @@ fn area([a, b, c]: [DVec2; 3]) -> f64 {
 /// Whether the insides of two triangles meet: no edge of either parts them (the theorem of separating axes).
 fn meet(a: &Flat, b: &Flat) -> bool {
     let [a, b] = [a, b].map(|flat| flat.corners.map(Vec2::as_dvec2));
+    let longest = |of: &[DVec2; 3]| {
+        let edges = (0..3).map(|i| of[i].distance(of[(i + 1) % 3]));
+        edges.fold(0.0, f64::max)
+    };
+    let corners = a.iter().chain(&b);
+    let farthest = corners.map(|p| p.abs().max_element()).fold(0.0, f64::max);
+    let depth = (DEPTH * longest(&a).min(longest(&b))).max(ROUNDED * farthest);
     let parts = |one: &[DVec2; 3], other: &[DVec2; 3]| {
         let winding = area(*one).signum();
         (0..3).any(|i| {
             let (from, to) = (one[i], one[(i + 1) % 3]);
             let edge = (to - from) * winding;
-            let longest = one
-                .map(|p| p.distance(from))
-                .into_iter()
-                .fold(0.0, f64::max);
-            let least = DEPTH * edge.length() * longest;
+            let least = depth * edge.length();
             other.iter().all(|&p| edge.perp_dot(p - from) <= least)
         })
     };
@@ -366,7 +374,7 @@ fn plane_of(light: &Light) -> Option<(Plane, (Vec2, Vec2))> {
         return None;
     };
     let place = &light.world_from_light;
-    if !keeps_axes(place) {
+    if kept_axes(place) != [true; 3] {
         return None;
     }
     let [x, y] = size.map(|extent| 0.5 * extent);

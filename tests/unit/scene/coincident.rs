@@ -141,6 +141,41 @@ fn faces_that_overlap_in_a_turned_plane_are_found() {
     assert_eq!(marks(&found), [(0, &turned[..]), (1, &turned[..])]);
 }
 
+/// A plane across an axis stays one however it is turned about that.
+#[test]
+fn faces_that_are_turned_about_their_normal_are_flat() {
+    let floor = || quad(4.0, [-2.0, -2.0, 0.0]);
+    let turned =
+        |angle: f64| DAffine3::from_translation(DVec3::Z * 0.7) * DAffine3::from_rotation_z(angle);
+    for (a, b) in [(0.5, 0.5), (0.5, 0.9), (0.0, -0.998)] {
+        let scene = scene(vec![floor(), floor()], &[(0, turned(a)), (1, turned(b))]);
+        let flat = [Overlap::Flat; 2];
+        assert_eq!(
+            marks(&find(&scene)),
+            [(0, &flat[..]), (1, &flat)],
+            "{a} {b}"
+        );
+    }
+    let leaning = DAffine3::from_rotation_x(0.3);
+    let found = find(&scene(
+        vec![floor(), floor()],
+        &[(0, leaning), (1, leaning)],
+    ));
+    assert_eq!(marks(&found)[0].1, [Overlap::Turned; 2]);
+}
+
+/// What is 300 km long overlaps what is small by as little as that does others.
+#[test]
+fn long_faces_overlap_small_ones() {
+    let mut spike = quad(1.0, [0.25, 0.25, 4.5]);
+    spike.positions[2] = [3e5, 3e5, 4.5];
+    spike.triangles = vec![[0, 1, 2]];
+    let places = [(0, DAffine3::IDENTITY), (1, DAffine3::IDENTITY)];
+    let found = find(&scene(vec![quad(1.0, [0.0, 0.0, 4.5]), spike], &places));
+    assert_eq!(found.faces[&1], [Overlap::Flat]);
+    assert!(found.faces[&0].contains(&Overlap::Flat));
+}
+
 /// Two walls of one mesh that leans by 6 µm in 13 m are 3 µm apart where they overlap: rounding across them is a tenth of that.
 #[test]
 fn wide_faces_are_not_thicker_than_small_ones() {
