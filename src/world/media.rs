@@ -32,6 +32,8 @@ pub(super) struct Media {
     pub(super) tracks_objects: bool,
     /// Whether something fills an object that shadow rays do not see.
     some_without_shadows: bool,
+    /// Whether some of it scatters light.
+    scatters: bool,
     /// What fills all space.
     everywhere: Option<Filling>,
     /// What the paths begin in.
@@ -123,8 +125,9 @@ fn kept(
     is_kept.then(|| (prepared(medium), medium.varying.as_deref()))
 }
 
-/// What is at a point, with its lobes.
-fn at(local: Local, lobes: Vec<Lobe>) -> Medium {
+/// What is at a point, with the lobes of what varies and of what is the same everywhere.
+fn at((local, mut lobes): (Local, Vec<Lobe>), even: &Medium) -> Medium {
+    lobes.splice(..0, even.lobes.iter().cloned());
     Medium {
         extinction: local.extinction,
         scattering: local.scattering,
@@ -133,13 +136,25 @@ fn at(local: Local, lobes: Vec<Lobe>) -> Medium {
     }
 }
 
-/// Places along a way, with the lobes of the last one and of the one that is kept.
+/// Places along a way: the last one that was asked for and the one that is kept, with the lobes of what varies.
 struct Along<'a> {
     around: (&'a [&'a Varying], &'a Medium),
     way: &'a Way,
     asking: Asking<'a>,
     last: (Local, Vec<Lobe>),
     kept: (Local, Vec<Lobe>),
+}
+
+impl<'a> Along<'a> {
+    fn new(around: (&'a [&'a Varying], &'a Medium), (way, sender): (&'a Way, &'a Sender)) -> Self {
+        Self {
+            around,
+            way,
+            asking: Asking::within(sender, way.direction),
+            last: Default::default(),
+            kept: Default::default(),
+        }
+    }
 }
 
 impl Places for Along<'_> {
@@ -235,8 +250,13 @@ impl World {
         let tracks_objects = fills_objects || nesting.is_some();
         let some_without_shadows = (of_objects.iter().zip(&self.geometry.entries))
             .any(|(filling, entry)| filling.is_some() && !casts_shadow(entry));
+        let scatters = |of: &Filling| of.varying.is_some() || of.even.scattering != Vec3::ZERO;
         if everywhere.is_some() || tracks_objects {
             self.media = Some(Box::new(Media {
+                scatters: everywhere
+                    .iter()
+                    .chain(of_objects.iter().flatten())
+                    .any(scatters),
                 of_objects,
                 nesting,
                 tracks_objects,
@@ -316,11 +336,7 @@ impl World {
 
     /// Whether anything between surfaces scatters light.
     pub fn has_fog(&self) -> bool {
-        self.media.as_ref().is_some_and(|media| {
-            let objects = media.of_objects.iter().flatten();
-            let mut all = media.everywhere.iter().chain(objects);
-            all.any(|filling| filling.varying.is_some() || filling.even.scattering != Vec3::ZERO)
-        })
+        self.media.as_ref().is_some_and(|media| media.scatters)
     }
 
     /// What is where no object is.
@@ -450,26 +466,17 @@ impl World {
         light: (Vec3, bool),
         mut draws: Draws,
     ) -> Flown {
-        let asking = Asking::within(sender, way.direction);
         let varying = self.varying(&within.objects);
-        let around = (&varying[..], &within.medium);
         let even = within.medium.extinction.max_element();
-        // Of the last collision: where it is scattered, if it is.
-        let (mut last, mut lobes) = (Local::default(), Vec::new());
-        let local = |t: f32| {
-            lobes.clear();
-            let point = way.origin + way.direction * t;
-            last = Self::local(around, point, &asking, Some(&mut lobes));
-            last
-        };
+        let mut places = Along::new((&varying, &within.medium), (way, sender));
         let (flight, emitted) = Self::with_marches(&varying, way, |marches| {
-            tracking::fly(marches, even, way.span, light, || draws.draw(), local)
+            let draw = || draws.draw();
+            tracking::fly(marches, even, way.span, light, draw, |t| places.local(t))
         });
-        lobes.splice(..0, within.medium.lobes.iter().cloned());
         Flown {
             flight,
             emitted,
-            there: at(last, lobes),
+            there: at(places.last, &within.medium),
         }
     }
 
@@ -483,25 +490,16 @@ impl World {
         throughput: Vec3,
         mut draws: Draws,
     ) -> Met {
-        let asking = Asking::within(sender, way.direction);
         let varying = self.varying(&within.objects);
         let even = within.medium.extinction.max_element();
-        let mut places = Along {
-            around: (&varying, &within.medium),
-            way,
-            asking,
-            last: (Local::default(), Vec::new()),
-            kept: (Local::default(), Vec::new()),
-        };
+        let mut places = Along::new((&varying, &within.medium), (way, sender));
         let gathered = Self::with_marches(&varying, way, |marches| {
             let draw = || draws.draw();
             tracking::gather(marches, even, way.span, throughput, draw, &mut places)
         });
-        let (last, mut lobes) = places.kept;
-        lobes.splice(..0, within.medium.lobes.iter().cloned());
         Met {
             gathered,
-            there: at(last, lobes),
+            there: at(places.kept, &within.medium),
         }
     }
 

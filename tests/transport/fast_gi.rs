@@ -50,6 +50,16 @@ fn by_rays(scene: &Scene, settings: RenderSettings) -> f64 {
     mean(&run(scene, &settings))
 }
 
+/// A mean of 256 samples a pixel, each of which is 0.35 or nothing, where such a share of the rays meets nothing that is near.
+fn agrees(found: f64, open: f64, distance: f32) {
+    let expected = 0.5 * 0.7 * open;
+    let bound = 5.0 * 0.175 / f64::from(256 * 32 * 24).sqrt() + 1e-5;
+    assert!(
+        (found - expected).abs() < bound,
+        "{distance}: {found} {expected}"
+    );
+}
+
 const REPLACE: FastGiMethod = FastGiMethod::Replace { bounces: 1 };
 
 /// Of the rays from the floor those pass the ceiling that go more than the distance d: their share is 1/d² of the cosines.
@@ -57,13 +67,7 @@ const REPLACE: FastGiMethod = FastGiMethod::Replace { bounces: 1 };
 fn the_world_shines_past_what_is_not_near() {
     for (distance, open) in [(0.5, 1.0), (2.0, 0.25), (1e6, 0.0)] {
         let found = by_rays(&between(REPLACE, distance), small(256, 3));
-        let expected = 0.5 * 0.7 * open;
-        // A sample is 0.35 or nothing.
-        let bound = 5.0 * 0.175 / f64::from(256 * 32 * 24).sqrt() + 1e-5;
-        assert!(
-            (found - expected).abs() < bound,
-            "{distance}: {found} {expected}"
-        );
+        agrees(found, open, distance);
     }
 }
 
@@ -92,12 +96,7 @@ fn openness_is_added_once_a_surface() {
         let mut scene = between(FastGiMethod::Add, distance);
         scene.environment = None;
         let found = mean(&run(&scene, &small(256, 0)));
-        let expected = 0.5 * 0.7 * open;
-        let bound = 5.0 * 0.175 / f64::from(256 * 32 * 24).sqrt() + 1e-5;
-        assert!(
-            (found - expected).abs() < bound,
-            "{distance}: {found} {expected}"
-        );
+        agrees(found, open, distance);
     }
 }
 

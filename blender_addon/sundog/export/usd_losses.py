@@ -46,7 +46,7 @@ def tell(depsgraph, layer, verdicts):
     if layer.material_override is not None:
         verdicts.add("scene", scene.name, LOST, "the view layer's material override is left out")
     _camera(scene.camera, verdicts)
-    _world(scene.world if layer.world_override is None else layer.world_override, scene, layer, verdicts)
+    _world(fast_gi.world_of(scene, layer), scene, layer, verdicts)
     told = set()
     for shown in depsgraph.objects:
         if shown.name_full in told or shown.hide_render:

@@ -1,6 +1,7 @@
-//! Images of fewer pixels, where all of them together would take more memory than they may.
+//! Images of fewer pixels: where all of them together would take more memory than they may, or where Blender's Simplify limits them.
 
 use crate::scene::{Image, Pixels};
+use std::ops::Range;
 
 /// By how many halvings each image gets smaller, so that all take no more than `most` bytes: the largest first. Of each its
 /// width, its height and its bytes a pixel. What is left of an image is at least a pixel.
@@ -47,21 +48,13 @@ pub(crate) fn reduced(image: Image, halvings: u32) -> Image {
     if halvings == 0 {
         return image;
     }
-    let from = (image.width as usize, image.height as usize);
-    let to = ((from.0 >> halvings).max(1), (from.1 >> halvings).max(1));
-    let channels = image.channels.max(1) as usize;
-    let places = (from, to, channels);
-    let pixels = match &image.pixels {
-        Pixels::U8(v) => mean(v, places, f32::from, |m| (m + 0.5) as u8).into(),
-        Pixels::U16(v) => mean(v, places, f32::from, |m| (m + 0.5) as u16).into(),
-        Pixels::F32(v) => mean(v, places, |c| c, |m| m).into(),
-    };
-    Image {
-        width: to.0 as u32,
-        height: to.1 as u32,
-        pixels,
-        ..image
-    }
+    // Where a size is no multiple, the spans differ by one.
+    let spans = [image.width, image.height].map(|from| {
+        let (from, to) = (from as usize, (from as usize >> halvings).max(1));
+        let span = move |i| i * from / to..(i + 1) * from / to;
+        (0..to).map(span).collect()
+    });
+    with_means(image, spans, false)
 }
 
 /// Blender's Simplify: how large images may be.
@@ -94,18 +87,34 @@ pub(crate) fn halved(image: Image, halvings: u32, weighted: bool) -> Image {
     if halvings == 0 {
         return image;
     }
-    // No side gets shorter than a pixel.
-    let square = [image.width, image.height].map(|side| 1 << halvings.min(side.max(1).ilog2()));
-    let from = [image.width as usize, image.height as usize];
-    let places = (from, square, image.channels.max(1) as usize);
+    // No side gets shorter than a pixel. Rows are from the top.
+    let spans = [(image.width, false), (image.height, true)].map(|(from, from_its_end)| {
+        let side = 1usize << halvings.min(from.max(1).ilog2());
+        let from = from as usize;
+        let first = if from_its_end { from % side } else { 0 };
+        (0..from / side)
+            .map(|i| first + i * side..first + (i + 1) * side)
+            .collect()
+    });
+    with_means(image, spans, weighted)
+}
+
+/// Columns or rows that make one.
+type Spans = Vec<Range<usize>>;
+
+/// The image with each pixel the mean of those in some columns and rows.
+fn with_means(image: Image, spans: [Spans; 2], weighted: bool) -> Image {
+    let places = (image.width as usize, image.channels.max(1) as usize);
     let pixels = match &image.pixels {
-        Pixels::U8(v) => means(v, places, weighted, f32::from, |m| (m + 0.5) as u8).into(),
-        Pixels::U16(v) => means(v, places, weighted, f32::from, |m| (m + 0.5) as u16).into(),
-        Pixels::F32(v) => means(v, places, weighted, |c| c, |m| m).into(),
+        Pixels::U8(v) => means(v, places, &spans, weighted, f32::from, |m| (m + 0.5) as u8).into(),
+        Pixels::U16(v) => {
+            means(v, places, &spans, weighted, f32::from, |m| (m + 0.5) as u16).into()
+        }
+        Pixels::F32(v) => means(v, places, &spans, weighted, |c| c, |m| m).into(),
     };
     Image {
-        width: image.width / square[0],
-        height: image.height / square[1],
+        width: spans[0].len() as u32,
+        height: spans[1].len() as u32,
         pixels,
         ..image
     }
@@ -113,68 +122,35 @@ pub(crate) fn halved(image: Image, halvings: u32, weighted: bool) -> Image {
 
 fn means<T: Copy>(
     values: &[T],
-    (from, square, channels): ([usize; 2], [u32; 2], usize),
+    (width, channels): (usize, usize),
+    [columns, rows]: &[Spans; 2],
     weighted: bool,
     number: impl Fn(T) -> f32,
     stored: impl Fn(f32) -> T,
 ) -> Vec<T> {
-    let [across, up] = square.map(|side| side as usize);
-    // Rows are from the top.
-    let top = from[1] % up;
     let opacity = (weighted && channels.is_multiple_of(2)).then_some(channels - 1);
-    let mut result = Vec::with_capacity(values.len() / (across * up) + channels);
-    let mut sums = vec![0.0; channels];
-    for y in (top..from[1]).step_by(up) {
-        for x in (0..from[0] - from[0] % across).step_by(across) {
-            let (mut plain, mut weights) = (vec![0.0; channels], 0.0);
-            sums.fill(0.0);
-            for row in y..y + up {
-                for column in x..x + across {
-                    let at = (row * from[0] + column) * channels;
-                    let pixel = &values[at..at + channels];
-                    let weight = opacity.map_or(1.0, |alpha| number(pixel[alpha]));
-                    weights += weight;
-                    for (channel, &value) in pixel.iter().enumerate() {
-                        sums[channel] += weight * number(value);
-                        plain[channel] += number(value);
-                    }
-                }
-            }
+    let mut result = Vec::with_capacity(columns.len() * rows.len() * channels);
+    for rows in rows {
+        for columns in columns {
+            let pixels = || {
+                let at = rows
+                    .clone()
+                    .flat_map(|row| columns.clone().map(move |column| row * width + column));
+                at.map(|at| &values[at * channels..(at + 1) * channels])
+            };
+            let count = (rows.len() * columns.len()) as f32;
+            let weights: f32 = opacity.map_or(0.0, |alpha| {
+                pixels().map(|pixel| number(pixel[alpha])).sum()
+            });
             for channel in 0..channels {
-                let counts = opacity.is_some_and(|alpha| channel != alpha) && weights > 0.0;
-                result.push(stored(if counts {
-                    sums[channel] / weights
-                } else {
-                    plain[channel] / (across * up) as f32
+                let by_opacity = opacity.filter(|&alpha| channel != alpha && weights > 0.0);
+                result.push(stored(match by_opacity {
+                    Some(alpha) => {
+                        let weighted = |pixel: &[T]| number(pixel[alpha]) * number(pixel[channel]);
+                        pixels().map(weighted).sum::<f32>() / weights
+                    }
+                    None => pixels().map(|pixel| number(pixel[channel])).sum::<f32>() / count,
                 }));
-            }
-        }
-    }
-    result
-}
-
-fn mean<T: Copy>(
-    values: &[T],
-    (from, to, channels): ((usize, usize), (usize, usize), usize),
-    number: impl Fn(T) -> f32,
-    stored: impl Fn(f32) -> T,
-) -> Vec<T> {
-    // Where a size is no multiple, the spans differ by one.
-    let span = |i: usize, from: usize, to: usize| (i * from / to, (i + 1) * from / to);
-    let mut result = Vec::with_capacity(to.0 * to.1 * channels);
-    for y in 0..to.1 {
-        let (y0, y1) = span(y, from.1, to.1);
-        for x in 0..to.0 {
-            let (x0, x1) = span(x, from.0, to.0);
-            let count = ((x1 - x0) * (y1 - y0)) as f32;
-            for channel in 0..channels {
-                let mut sum = 0.0;
-                for row in y0..y1 {
-                    for column in x0..x1 {
-                        sum += number(values[(row * from.0 + column) * channels + channel]);
-                    }
-                }
-                result.push(stored(sum / count));
             }
         }
     }

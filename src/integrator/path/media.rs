@@ -4,7 +4,7 @@ use super::{Beside, Walk};
 use crate::effects::Features;
 use crate::film::light_passes::PassSink;
 use crate::integrator::record::{End, Lit, Record, Step};
-use crate::light::{Along, Drawn, LightSample, Pivot};
+use crate::light::{Along, Drawn, LightSample, LightSampleContext, Pivot};
 use crate::math::average;
 use crate::medium::tracking::Gathered;
 use crate::medium::{Equiangular, Flight, Medium, transmittance};
@@ -32,6 +32,16 @@ pub(super) struct Event {
     distance: f32,
     is_lit: bool,
     there: Option<Medium>,
+}
+
+/// Says who receives light in a medium on the way, after so many bounces. Of what fills all space no object says which lights it receives.
+#[inline]
+fn receive((world, within): (&World, &Within), bounces: u32, at: &mut LightSampleContext) {
+    if world.lights.is_linked() {
+        let object = within.last_entered();
+        at.receiver = object.map_or(0, |object| world.lights.receiver(object));
+    }
+    at.bounces = bounces;
 }
 
 impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
@@ -318,12 +328,8 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             return;
         }
         let mut at = self.beside.previous.at;
-        if world.lights.is_linked() {
-            let object = self.beside.within.last_entered();
-            at.receiver = object.map_or(0, |object| world.lights.receiver(object));
-        }
+        receive((world, &self.beside.within), self.bounce, &mut at);
         world.lights.context_into(&mut at, point, None);
-        at.bounces = self.bounce;
         let drawn = world.lights.sample(&at, numbers.z, numbers.truncate());
         if let Some(drawn) = drawn {
             self.add_light_in_medium(point, Some(there), weight, drawn, numbers);
@@ -346,11 +352,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         let seen = length.min(medium.extinction.max_element().recip());
         let ray = (self.origin + self.direction * start, self.direction);
         let mut at = self.beside.previous.at;
-        if world.lights.is_linked() {
-            let object = self.beside.within.last_entered();
-            at.receiver = object.map_or(0, |object| world.lights.receiver(object));
-        }
-        at.bounces = bounce;
+        receive((world, &self.beside.within), bounce, &mut at);
         let along = world.lights.along(&mut at, numbers.z, (ray, length, seen));
         if let Some(along) = along
             && let Some((t, weight)) = self.place_on_the_way(&along, (ray, length, seen), u)
@@ -426,14 +428,13 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             return false;
         }
         let point = self.origin + self.direction * distance;
-        let at = &mut self.beside.previous.at;
-        if self.world.lights.is_linked() {
-            // Of what fills all space no object says which lights it receives.
-            let object = self.beside.within.last_entered();
-            at.receiver = object.map_or(0, |object| self.world.lights.receiver(object));
-        }
-        self.world.lights.context_into(at, point, None);
-        at.bounces = self.bounce;
+        let Beside {
+            within, previous, ..
+        } = &mut *self.beside;
+        receive((self.world, within), self.bounce, &mut previous.at);
+        self.world
+            .lights
+            .context_into(&mut previous.at, point, None);
         if !is_lit && !self.world.lights.is_empty() {
             let numbers = self.sampler.triple(Dimension::Light, self.bounce);
             let at = &self.beside.previous.at;

@@ -22,25 +22,24 @@ impl<K: BsdfFeatures> Bsdf<K> {
         sums
     }
 
-    /// The share of light that is scattered diffusely at the surface, not below it.
+    /// The lobes, but Lambert's, that scatter light diffusely at the surface, not below it.
+    fn diffuse(&self) -> impl Iterator<Item = &Entry> {
+        let is = |lobe: &Lobe| lobe.is_diffuse() && !matches!(lobe, Lobe::Below(_));
+        self.others().iter().filter(move |entry| is(&entry.lobe))
+    }
+
+    /// The share of light that is scattered diffusely at the surface.
     pub fn diffuse_color(&self) -> Vec3 {
-        let mut sum = self.lambert.color;
-        for Entry { lobe, albedo, .. } in self.others() {
-            if lobe.is_diffuse() && !matches!(lobe, Lobe::Below(_)) {
-                sum += *albedo;
-            }
-        }
-        sum
+        let others = self.diffuse().map(|entry| entry.albedo);
+        others.fold(self.lambert.color, |sum, albedo| sum + albedo)
     }
 
     /// The mean normal of what does; that of the surface where nothing does.
     pub fn diffuse_normal(&self) -> Vec3 {
-        let mut sum = self.normal() * average(self.lambert.color);
-        for Entry { lobe, albedo, .. } in self.others() {
-            if lobe.is_diffuse() && !matches!(lobe, Lobe::Below(_)) {
-                sum += lobe.normal() * average(*albedo);
-            }
-        }
+        let lambert = self.normal() * average(self.lambert.color);
+        let sum = self.diffuse().fold(lambert, |sum, entry| {
+            sum + entry.lobe.normal() * average(entry.albedo)
+        });
         sum.try_normalize().unwrap_or(self.normals.shading)
     }
 }

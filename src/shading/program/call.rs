@@ -173,6 +173,16 @@ impl Call {
         })
     }
 
+    /// The normal in a socket, in Blender's axes and on the viewer's side.
+    fn normal(&self, inputs: &Filled, socket: usize, place: &impl Place) -> Vec3 {
+        let normal = inputs.vector(socket);
+        if self.takes_vector {
+            normal
+        } else {
+            place.facing(normal)
+        }
+    }
+
     fn filled<'a>(&'a self, registers: &'a [Vec4]) -> Filled<'a> {
         Filled {
             taken: &self.taken,
@@ -253,16 +263,6 @@ impl<P: Place> Evaluation<'_, P> {
         }
     }
 
-    /// The normal in a socket, in Blender's axes and on the viewer's side.
-    fn normal(&self, call: &Call, socket: usize) -> Vec3 {
-        let normal = call.filled(self.registers).vector(socket);
-        if call.takes_vector {
-            normal
-        } else {
-            self.place.facing(normal)
-        }
-    }
-
     #[inline(never)]
     fn ask(&self, call: &Call) -> Vec4 {
         let inputs = &call.filled(self.registers);
@@ -288,17 +288,12 @@ impl<P: Place> Evaluation<'_, P> {
                 let sign = if *invert { -1.0 } else { 1.0 };
                 let before = undisplaced.map(|attribute| place.undisplaced(attribute, *is_of_5));
                 let place = before.as_ref().unwrap_or(place);
-                let given = inputs.vector(bump::NORMAL);
-                let normal = if call.takes_vector {
-                    given
-                } else {
-                    place.facing(given)
-                };
+                let normal = call.normal(inputs, bump::NORMAL, place);
                 bump(place, (inputs, normal), height, (sign, *object_space)).extend(1.0)
             }),
             Function::Displacement { object_space } => {
                 let [height, middle, scale] = [0, 1, 2].map(|socket| inputs.number(socket));
-                let normal = self.normal(call, 3);
+                let normal = call.normal(inputs, 3, place);
                 let raised = (height - middle) * scale;
                 if *object_space {
                     let own =
@@ -323,7 +318,7 @@ impl<P: Place> Evaluation<'_, P> {
                 inside,
                 only_local,
             } => {
-                let mut normal = self.normal(call, 2);
+                let mut normal = call.normal(inputs, 2, place);
                 if call.takes_vector {
                     // Rays that go nowhere meet nothing.
                     let Some(unit) = normal.try_normalize() else {
@@ -340,7 +335,7 @@ impl<P: Place> Evaluation<'_, P> {
                 (inputs.vector(0) * open).extend(open)
             }
             Function::Bevel { samples } => {
-                let normal = self.normal(call, 1);
+                let normal = call.normal(inputs, 1, place);
                 let own = place.facing(Vec3::ZERO);
                 let beveled = place.beveled(inputs.number(0), *samples);
                 (normal + beveled - own).normalize_or(own).extend(1.0)
@@ -369,7 +364,7 @@ impl<P: Place> Evaluation<'_, P> {
     /// Fresnel and Layer Weight.
     fn by_angle(&self, call: &Call, inputs: &Filled) -> f32 {
         let place = self.place;
-        let normal = self.normal(call, 1);
+        let normal = call.normal(inputs, 1, place);
         let cos = place.input(PlaceInput::Incoming).truncate().dot(normal);
         let behind = place.input(PlaceInput::Backfacing).x != 0.0;
         let number = inputs.number(0);
