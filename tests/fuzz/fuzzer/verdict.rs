@@ -2,10 +2,11 @@
 
 use super::build;
 use serde_json::Value;
+use sundog::effects::{Effect, EffectReport};
 use sundog::film::Picture;
 use sundog::render::{EffectChoice, RenderSettings, Rendering, Silent, render};
 use sundog::scene::validate::clean;
-use sundog::scene::{Diagnostics, RayKind, Scene};
+use sundog::scene::{Diagnostics, Light, RayKind, Scene};
 use sundog::selftest::kit::{colors, differing};
 
 /// Renders the scene of a recipe by the kernel made for it and by the general one, by one thread and by two; says what
@@ -31,7 +32,7 @@ fn judge(scene: &Scene, settings: &RenderSettings, furnace: bool) -> Result<(), 
         render(scene, &settings, &Silent).map_err(|error| format!("no picture: {error}"))
     };
     let special = with(EffectChoice::Auto, 1)?;
-    finite(&special)?;
+    finite(scene, &special)?;
     same(&special, &with(EffectChoice::Auto, 2)?, "two threads")?;
     same(&special, &with(EffectChoice::All, 2)?, "the general kernel")?;
     // What casts no shadow is lit through itself, and may be brighter than all light.
@@ -43,7 +44,7 @@ fn judge(scene: &Scene, settings: &RenderSettings, furnace: bool) -> Result<(), 
     Ok(())
 }
 
-fn finite(rendering: &Rendering) -> Result<(), String> {
+fn finite(scene: &Scene, rendering: &Rendering) -> Result<(), String> {
     let statistics = &rendering.statistics;
     if statistics.non_finite > 0 {
         return Err(format!(
@@ -52,9 +53,15 @@ fn finite(rendering: &Rendering) -> Result<(), String> {
             statistics.non_finite_examples.first()
         ));
     }
+    // Pure colours lie outside of the primaries' triangle: a wavelength counts less than nothing for some of them. Lamps may take
+    // light away, as in Blender.
+    let called_for = EffectReport::detect(scene).called_for;
+    let dark = |light: &Light| light.color.iter().any(|c| *c < 0.0);
+    let below = called_for.contains(Effect::Dispersion) || scene.lights.iter().any(dark);
+    let possible = |c: &f64| c.is_finite() && (*c >= 0.0 || below);
     let negative = colors(&rendering.picture)
         .flatten()
-        .filter(|c| !(*c >= 0.0 && c.is_finite()));
+        .filter(|c| !possible(c));
     match negative.count() {
         0 => Ok(()),
         count => Err(format!("values that no light has: {count}")),
