@@ -33,6 +33,9 @@ const LEAST_SHARE: f32 = 1.0 / 64.0;
 /// what emits and takes little: there its emission is asked for.
 const EVENTS: f32 = 8.0;
 
+/// Steps from cell to cell that take as long as to ask for what is at a place, about: 100 instructions, and 1,000 of a noise texture.
+const STEPS_OF_PLACE: f32 = 12.0;
+
 /// Bounds of a medium's extinction in the cells of a box.
 #[derive(Clone, Debug)]
 pub struct Majorants {
@@ -113,10 +116,8 @@ impl Majorants {
         let rate = EVENTS / (high - low).length();
         let count = made.count();
         let cells = count.element_product();
-        let cell =
-            |at: i32| IVec3::new(at % count.x, at / count.x % count.y, at / count.x / count.y);
         let bound_at = |number: i32| {
-            let cell = cell(number);
+            let cell = made.cell(number as usize);
             let (corner, opposite) = (made.plane(cell), made.plane(cell + 1));
             let known = range(corner, opposite);
             if let Some(known) = known.filter(|known| known.settled) {
@@ -157,7 +158,7 @@ impl Majorants {
             if own.settled {
                 return own.extinction.max(if own.emits { rate } else { 0.0 });
             }
-            let at = cell(number);
+            let at = made.cell(number as usize);
             let across = (made.plane(at + 1) - made.plane(at)).length();
             let floor = (greatest * LEAST_SHARE).min(EVENTS / across);
             let floor = floor.max(if emits { rate } else { 0.0 });
@@ -178,7 +179,62 @@ impl Majorants {
                 .max(floor)
         };
         let values = (0..cells).into_par_iter().map(with_neighbours).collect();
-        Self { values, ..made }
+        Self { values, ..made }.merged()
+    }
+
+    /// What a way through the box takes, about, in steps from cell to cell: those, and places that are asked for.
+    fn cost(&self) -> f32 {
+        let count = self.count();
+        let across = |cell: IVec3| self.plane(cell + 1) - self.plane(cell);
+        let depths = self.values.iter().enumerate();
+        let depths =
+            depths.map(|(number, value)| value * across(self.cell(number)).dot(count.as_vec3()));
+        let depth = depths.sum::<f32>() / self.values.len() as f32;
+        count.element_sum() as f32 + STEPS_OF_PLACE * depth
+    }
+
+    /// The same with fewer cells where that makes ways through it cheaper: what is much the same all over needs few.
+    fn merged(mut self) -> Self {
+        let mut cost = self.cost();
+        loop {
+            let halves = (0..3).filter_map(|axis| self.halved(axis));
+            let costs = halves.map(|made| (made.cost(), made));
+            match costs.min_by(|a, b| a.0.total_cmp(&b.0)) {
+                Some((less, made)) if less < cost => (cost, self) = (less, made),
+                _ => return self,
+            }
+        }
+    }
+
+    /// Two cells in the place of one along an axis, bounded by the greater bound of both.
+    fn halved(&self, axis: usize) -> Option<Self> {
+        let count = self.count();
+        let last = count[axis] as usize;
+        if last < 2 {
+            return None;
+        }
+        let mut planes = self.planes.clone();
+        let kept = (0..=last).filter(|&i| i % 2 == 0 || i == last);
+        planes[axis] = kept.map(|i| self.planes[axis][i]).collect();
+        let mut made = Self {
+            planes,
+            values: Vec::new(),
+        };
+        made.values = vec![0.0; made.count().element_product() as usize];
+        for (number, value) in self.values.iter().enumerate() {
+            let mut cell = self.cell(number);
+            cell[axis] /= 2;
+            let number = made.number(cell);
+            let bound = &mut made.values[number];
+            *bound = bound.max(*value);
+        }
+        Some(made)
+    }
+
+    /// The cell of a number.
+    fn cell(&self, number: usize) -> IVec3 {
+        let (at, count) = (number as i32, self.count());
+        IVec3::new(at % count.x, at / count.x % count.y, at / count.x / count.y)
     }
 
     fn count(&self) -> IVec3 {

@@ -250,7 +250,9 @@ impl Prepared {
     fn branches(&self, settings: &RenderSettings) -> Branches {
         match settings.branches {
             Some(count) => Branches::all(count),
-            None if self.world.has_even_fog() => FOG_BRANCHES,
+            None if self.world.has_even_fog() && settings.bounce_limits.volume != Some(0) => {
+                FOG_BRANCHES
+            }
             None => Branches::all(1),
         }
     }
@@ -340,8 +342,9 @@ fn beyond(called_for: EnumSet<Effect>, wanted: EnumSet<Effect>) -> Vec<String> {
     effects::names(called_for - wanted - effects::STRUCTURE)
 }
 
-/// Paths that go on from the first vertex where there is even fog: light comes to it from all around. So many have the least variance
-/// for their time, but for a few per cent; media that vary do not gain (docs/notes/cost-of-accuracy.md).
+/// Paths that go on from the first vertex where there is even fog that scatters light more than once: light comes to it from all around.
+/// So many have the least variance for their time, but for a few per cent; media that vary do not gain
+/// (docs/notes/cost-of-accuracy.md).
 const FOG_BRANCHES: Branches = Branches {
     at_surface: 4,
     in_medium: 4,

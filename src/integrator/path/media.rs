@@ -22,6 +22,9 @@ const FOUND: u32 = 0x_0f0d_2b97;
 /// What the last ray of a path is worth that a medium has scattered, where all lights are sampled: only what of their light the phase
 /// function finds is left for it.
 const LAST_WORTH: f32 = 0.25;
+/// The same where some light is at infinity: of a world rays find a half of what they and light samples find together, of a sun nearly
+/// nothing.
+const LAST_WORTH_OF_FAR: f32 = 0.35;
 /// The greatest share of the places at which light is looked for that lie by the angles about a light.
 const MOST_BY_ANGLE: f32 = 0.75;
 
@@ -195,10 +198,10 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     fn worth_by_bounces(&self) -> f32 {
         let is_last = self.bounce + 1 > self.settings.bounces
             || self.beside.scattered_in_media + 1 > self.settings.volume_limit;
-        if is_last && self.world.lights.are_all_near() {
-            LAST_WORTH
-        } else {
-            1.0
+        match is_last {
+            true if self.world.lights.are_all_near() => LAST_WORTH,
+            true => LAST_WORTH_OF_FAR,
+            false => 1.0,
         }
     }
 

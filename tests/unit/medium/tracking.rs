@@ -287,3 +287,31 @@ fn planes_widen() {
         assert_eq!(ends == (-1e4, 1e4), inner, "{ends:?}");
     }
 }
+
+/// What is the same all over needs one cell; what is nowhere but in a part keeps its cells along that axis alone.
+#[test]
+fn cells_are_merged_where_ways_get_cheaper() {
+    let corners = (Vec3::splat(-10.0), Vec3::splat(10.0));
+    let made = |there: &(dyn Fn(Vec3) -> f32 + Sync)| {
+        let there = |at: Vec3| Local {
+            extinction: Vec3::splat(there(at)),
+            ..Local::default()
+        };
+        Majorants::new(even(corners.0, corners.1, 32), there, |_, _| None)
+    };
+    assert_eq!(made(&|_| 0.1).count(), IVec3::ONE);
+    let layer = made(&|at| if at.y < -5.0 { 1.0 } else { 0.0 });
+    assert_eq!((layer.count().x, layer.count().z), (1, 1));
+    assert!(layer.count().y >= 3, "{}", layer.count());
+    let thick = made(&|at| if at.length() < 5.0 { 10.0 } else { 0.0 });
+    assert!(thick.count().min_element() >= 16, "{}", thick.count());
+    // No bound is lost.
+    for grid in [layer, thick] {
+        let halved = grid.halved(1).unwrap();
+        for (number, value) in grid.values.iter().enumerate() {
+            let cell = grid.cell(number);
+            let both = halved.number(IVec3::new(cell.x, cell.y / 2, cell.z));
+            assert!(halved.values[both] >= *value);
+        }
+    }
+}
