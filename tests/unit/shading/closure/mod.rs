@@ -514,6 +514,29 @@ fn bumps_soften_translucent_light_that_is_sampled() {
     assert!((same / drawn - 1.0).abs() < 1e-6, "{drawn} {same}");
 }
 
+/// A normal that looks behind the surface: lights before it are sampled, where the smooth normal sees them, and draw no direction.
+#[test]
+fn translucent_light_before_the_surface_is_sampled_by_a_normal_that_looks_behind() {
+    let of = |normal: Vec3, smooth: Vec3, wi: Vec3| {
+        let color = Vec3::splat(0.5);
+        Lobe::Translucent(Translucent { color, normal }).evaluate_before::<AllFeatures>(smooth, wi)
+    };
+    let behind = Vec3::new(0.6, 0.0, -0.8);
+    let found = of(-Vec3::Z, Vec3::Z, Vec3::Z);
+    assert!((found.value.x - 0.5 / PI).abs() < 1e-6 && (found.pdf - 1.0 / PI).abs() < 1e-6);
+    // Its terminator is soft.
+    let found = of(behind, Vec3::Z, view(0.1, 0.0));
+    let cos = -view(0.1, 0.0).dot(behind);
+    assert!(found.value.x < 0.5 * cos.max(0.0) / PI && (cos > 0.0) == (found.pdf > 0.0));
+    // The smooth normal does not see it; the normal looks before the surface; and the same for both.
+    assert_eq!(of(behind, behind, Vec3::Z).value, Vec3::ZERO);
+    assert_eq!(of(behind, -Vec3::Z, Vec3::Z).value, Vec3::ZERO);
+    assert_eq!(
+        of(Vec3::new(0.6, 0.0, 0.8), Vec3::Z, view(0.1, PI)).value,
+        Vec3::ZERO
+    );
+}
+
 /// All but one of the colours of what is scattered several times are 1 at most; until 5.2 there is one more of them.
 #[test]
 fn rough_diffuse_surfaces_brighten_once() {
