@@ -587,10 +587,14 @@ impl LightSet {
         if self.sized.is_empty() {
             return;
         }
+        let looking = LookingRay::to_lamp(kind, bounces);
         let mut meet = |number: u32| {
             let light = &self.lights[number as usize];
             let rules = &self.rules[number as usize];
-            let Some(hit) = light.le(at, origin, wi).filter(|hit| hit.distance < far) else {
+            let Some(hit) = light
+                .le(at, (origin, wi), looking)
+                .filter(|hit| hit.distance < far)
+            else {
                 return;
             };
             if !rules.allow(kind, at.also, bounces)
@@ -637,7 +641,9 @@ impl LightSet {
                 RayKind::Camera => rules.visibility.sees(kind),
                 _ => rules.is_hit,
             };
-            let hit = self.lights[other as usize].le(at, origin, wi);
+            // Whether it is met hangs on no ray's depth.
+            let looking = LookingRay::to_lamp(kind, 0);
+            let hit = self.lights[other as usize].le(at, (origin, wi), looking);
             looked_for && hit.is_some_and(|hit| hit.distance < far)
         })
     }
@@ -671,7 +677,7 @@ impl LightSet {
                     Some(environment.le(wi, LookingRay { kind, depth }))
                 }
                 // From infinity the ray's origin makes no difference.
-                _ => light.le(at, at.point, wi),
+                _ => light.le(at, (at.point, wi), LookingRay::to_lamp(kind, bounces)),
             };
             let Some(hit) = hit else {
                 continue;
