@@ -47,9 +47,13 @@ impl Translucent {
         if self.normal == smooth || smooth.dot(wi) <= 0.0 {
             return LobeValue::ZERO;
         }
+        let shadowing = normal::bump_shadowing(smooth, self.normal, -wi);
+        if shadowing == 0.0 {
+            return LobeValue::ZERO;
+        }
         let of = self.evaluate(wi);
         LobeValue {
-            value: of.value * normal::bump_shadowing(smooth, self.normal, -wi),
+            value: of.value * shadowing,
             ..of
         }
     }
