@@ -587,14 +587,12 @@ impl LightSet {
         if self.sized.is_empty() {
             return;
         }
-        let looking = LookingRay::to_lamp(kind, bounces);
+        let (ray, looking) = ((origin, wi), LookingRay::to_lamp(kind, bounces));
         let mut meet = |number: u32| {
             let light = &self.lights[number as usize];
             let rules = &self.rules[number as usize];
-            let Some(hit) = light
-                .le(at, (origin, wi), looking)
-                .filter(|hit| hit.distance < far)
-            else {
+            let hit = light.le(at, ray, looking);
+            let Some(hit) = hit.filter(|hit| hit.distance < far) else {
                 return;
             };
             if !rules.allow(kind, at.also, bounces)
@@ -641,9 +639,7 @@ impl LightSet {
                 RayKind::Camera => rules.visibility.sees(kind),
                 _ => rules.is_hit,
             };
-            // Whether it is met hangs on no ray's depth.
-            let looking = LookingRay::to_lamp(kind, 0);
-            let hit = self.lights[other as usize].le(at, (origin, wi), looking);
+            let hit = self.lights[other as usize].le(at, (origin, wi), LookingRay::sampling(0));
             looked_for && hit.is_some_and(|hit| hit.distance < far)
         })
     }
