@@ -52,6 +52,22 @@ def arguments(scene, layer, abilities, warn):
     return result
 
 
+# What Cycles 5.2 may do otherwise where developers switch it, and what Sundog does.
+_SWITCHES = {
+    "denoising_pass_follow_reflections": "Denoising Pass Reflections is off: Sundog's denoising passes follow reflections all the same",
+    "denoising_pass_use_albedo_roughness_weighting":
+        "Denoising Pass Albedo Roughness Weighting is off: Sundog's Denoising Albedo is weighted by roughness all the same",
+}  # fmt: skip
+
+
+def differences(scene, layer):
+    """What the passes for denoisers do otherwise than the view layer asks for, where anything uses them."""
+    cycles = getattr(layer, "cycles", None)
+    if not is_on(scene, layer) and not getattr(cycles, "denoising_store_passes", False):
+        return []
+    return [words for name, words in _SWITCHES.items() if not getattr(cycles, name, True)]
+
+
 def flag_if_known(flag, values, abilities, warn):
     """A flag with its values, or a warning that the program is too old for it."""
     if abilities.has(flag):

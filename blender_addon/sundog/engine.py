@@ -134,6 +134,8 @@ class _LayerRender:
         arguments = command.arguments(self.scene, self.layer, abilities, self.warn)
         for name in passes.left_out(self.layer):
             self.warn(f"there is no pass \"{name}\": it is left out")
+        for words in denoise.differences(self.scene, self.layer):
+            self.warn(words)
         arguments += denoise.arguments(self.scene, self.layer, abilities, self.warn)
         arguments += command.pass_arguments(self.screen.wanted, abilities, self.layer, self.scene.world)
         names = self.screen.views

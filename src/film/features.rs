@@ -89,6 +89,7 @@ impl PassSink for PathFeatures {
             self.albedo += self.throughput * albedo();
             self.normal += toward_camera();
             self.throughput = Vec3::ZERO;
+            self.met = true;
         }
     }
 
@@ -97,6 +98,14 @@ impl PassSink for PathFeatures {
         if self.is_followed() {
             self.depth += average(self.throughput) * distance;
             self.met = true;
+        }
+    }
+
+    /// The way to what bounds a volume, and to what lets the path pass, is a part of the depth.
+    #[inline]
+    fn go_by(&mut self, distance: f32) {
+        if self.is_followed() {
+            self.depth += average(self.throughput) * distance;
         }
     }
 
@@ -142,7 +151,7 @@ pub struct PixelFeatures {
     albedo: ColorSum,
     normal: FixedSum,
     depth: f64,
-    /// Paths that have met no surface.
+    /// Paths that have met neither a surface nor what scatters in a volume.
     missed: u64,
 }
 

@@ -42,6 +42,9 @@ pub trait PassSink {
     /// A ray has met a surface after a distance, whichever it is.
     #[inline(always)]
     fn meet(&mut self, _distance: f32) {}
+    /// A ray passes what it has met after a distance.
+    #[inline(always)]
+    fn go_by(&mut self, _distance: f32) {}
     /// What that surface is to denoisers.
     #[inline(always)]
     fn surface(&mut self, _features: impl FnOnce() -> SurfaceFeatures) {}
@@ -256,6 +259,11 @@ impl PassSink for PathPasses {
     #[inline]
     fn meet(&mut self, distance: f32) {
         self.features.meet(distance);
+    }
+
+    #[inline]
+    fn go_by(&mut self, distance: f32) {
+        self.features.go_by(distance);
     }
 
     #[inline]

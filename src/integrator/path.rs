@@ -482,7 +482,8 @@ impl<'a, 's, E: Features, A: PassSink + Record> Walk<'a, 's, E, A> {
             surface.point = point;
         }
         self.light.sink.step(|| Step::met(hit, surface));
-        self.light.sink.meet(hit.distance);
+        // Depths begin at the clip plane, as in Cycles.
+        self.light.sink.meet(hit.distance - self.span.0);
         if self.bounce == 0 {
             if E::EVERYTHING && self.world.is_catcher(hit) {
                 let (throughput, before) = (self.throughput, self.light.radiance);

@@ -65,7 +65,7 @@ impl ComputedLight {
             let at = LightSampleContext::new(from, None);
             let inner = Vec2::new(u.y, u.x);
             if let Some(sample) = self.light.sample_li(&at, inner) {
-                let factor = self.factor(from, &sample);
+                let factor = self.factor((from, 0), &sample);
                 sum += luminance(factor.abs());
                 count += 1;
             }
@@ -74,15 +74,18 @@ impl ComputedLight {
         if mean.is_finite() { mean } else { 1.0 }
     }
 
-    fn factor(&self, from: Vec3, sample: &LightSample) -> Vec3 {
+    /// For a light sample, from where the path has come to after so many bounces.
+    fn factor(&self, (from, bounces): (Vec3, u32), sample: &LightSample) -> Vec3 {
         let distance = sample
             .target
             .map_or(f32::MAX, |target| (target - from).length());
-        self.program.emitted(&self.point(from, sample.wi, distance))
+        let ray = LookingRay::sampling(bounces);
+        self.program
+            .emitted(&self.point((from, sample.wi), distance, ray))
     }
 
     /// What the tree sees of a point that is met along a direction, as Cycles tells it.
-    fn point(&self, from: Vec3, wi: Vec3, distance: f32) -> ShinePoint {
+    fn point(&self, (from, wi): (Vec3, Vec3), distance: f32, ray: LookingRay) -> ShinePoint {
         let at_infinity = distance == f32::MAX;
         let position = if at_infinity {
             -wi
@@ -110,7 +113,7 @@ impl ComputedLight {
             incoming: -wi,
             uv,
             distance,
-            ray: LookingRay::sampling(0),
+            ray,
         }
     }
 
@@ -144,20 +147,27 @@ impl ComputedLight {
     #[cold]
     pub fn sample_li(&self, at: &LightSampleContext, u: Vec2) -> Option<LightSample> {
         let sample = self.light.sample_li(at, u)?;
-        let factor = self.factor(at.point, &sample);
+        let factor = self.factor((at.point, at.bounces), &sample);
         Some(sample.times(factor))
     }
 
     /// As [`Light::le`].
     #[cold]
-    pub fn le(&self, at: &LightSampleContext, origin: Vec3, wi: Vec3) -> Option<LightHit> {
-        let hit = self.light.le(at, origin, wi)?;
+    pub fn le(
+        &self,
+        at: &LightSampleContext,
+        (origin, wi): (Vec3, Vec3),
+        ray: LookingRay,
+    ) -> Option<LightHit> {
+        let hit = self.light.le(at, (origin, wi), ray)?;
         let distance = if hit.distance.is_finite() {
             hit.distance
         } else {
             f32::MAX
         };
-        let factor = self.program.emitted(&self.point(origin, wi, distance));
+        let factor = self
+            .program
+            .emitted(&self.point((origin, wi), distance, ray));
         Some(LightHit {
             radiance: hit.radiance * factor,
             ..hit

@@ -232,19 +232,22 @@ impl Light {
         }
     }
 
-    /// What a ray from `origin` finds of the light, as it shines on `at`. Emissive triangles are surfaces: the ray meets them
-    /// among these, and what they emit is theirs to say.
+    /// What a ray from `origin` finds of the light, as it shines on `at`; `ray` says who looks. Emissive triangles are surfaces: the
+    /// ray meets them among these, and what they emit is theirs to say.
     #[inline]
-    pub fn le(&self, at: &LightSampleContext, origin: Vec3, wi: Vec3) -> Option<LightHit> {
+    pub fn le(
+        &self,
+        at: &LightSampleContext,
+        (origin, wi): (Vec3, Vec3),
+        ray: LookingRay,
+    ) -> Option<LightHit> {
         match self {
             Self::Lamp(lamp) => lamp.le(at.point, origin, wi),
             Self::Area(area) => area.le(origin, wi),
             Self::Triangle(_) | Self::Rectangle(_) => None,
             Self::Sun(sun) => sun.le(wi),
-            Self::Environment(environment) => {
-                Some(environment.le(wi, LookingRay::sampling(at.bounces)))
-            }
-            Self::Computed(light) => light.le(at, origin, wi),
+            Self::Environment(environment) => Some(environment.le(wi, ray)),
+            Self::Computed(light) => light.le(at, (origin, wi), ray),
         }
     }
 

@@ -1,5 +1,6 @@
 //! Light that node trees compute.
 
+use crate::scene::RayKind;
 use glam::{Vec2, Vec3};
 
 /// A point of a light as its node tree sees it: glTF's axes, relative to the world's origin.
@@ -43,6 +44,11 @@ pub struct LookingRay {
 }
 
 impl LookingRay {
+    /// Of a ray that is met by a lamp, after so many bounces before where it left: to lamps it is of no kind.
+    pub fn to_lamp(kind: RayKind, bounces: u32) -> Self {
+        Self::sampling(bounces + u32::from(kind != RayKind::Camera))
+    }
+
     /// Of light sampling after so many bounces: it is of no kind, for all that a surface scatters is taken together.
     pub fn sampling(bounces: u32) -> Self {
         Self {

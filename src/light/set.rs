@@ -587,10 +587,12 @@ impl LightSet {
         if self.sized.is_empty() {
             return;
         }
+        let (ray, looking) = ((origin, wi), LookingRay::to_lamp(kind, bounces));
         let mut meet = |number: u32| {
             let light = &self.lights[number as usize];
             let rules = &self.rules[number as usize];
-            let Some(hit) = light.le(at, origin, wi).filter(|hit| hit.distance < far) else {
+            let hit = light.le(at, ray, looking);
+            let Some(hit) = hit.filter(|hit| hit.distance < far) else {
                 return;
             };
             if !rules.allow(kind, at.also, bounces)
@@ -637,7 +639,7 @@ impl LightSet {
                 RayKind::Camera => rules.visibility.sees(kind),
                 _ => rules.is_hit,
             };
-            let hit = self.lights[other as usize].le(at, origin, wi);
+            let hit = self.lights[other as usize].le(at, (origin, wi), LookingRay::sampling(0));
             looked_for && hit.is_some_and(|hit| hit.distance < far)
         })
     }
@@ -671,7 +673,7 @@ impl LightSet {
                     Some(environment.le(wi, LookingRay { kind, depth }))
                 }
                 // From infinity the ray's origin makes no difference.
-                _ => light.le(at, at.point, wi),
+                _ => light.le(at, (at.point, wi), LookingRay::to_lamp(kind, bounces)),
             };
             let Some(hit) = hit else {
                 continue;

@@ -20,6 +20,15 @@ pub struct Local {
     pub emission: Vec3,
 }
 
+impl Local {
+    /// Whether what it emits is asked for. Where nothing else is, light that it takes away is nothing, as in Cycles, whose bounds are of
+    /// extinction and of emission above 0.
+    pub fn is_asked_for(&self) -> bool {
+        let is_alone = self.extinction.max_element() <= 0.0;
+        self.emission.max_element() > 0.0 || !is_alone && self.emission != Vec3::ZERO
+    }
+}
+
 /// Points in each cell by whose extinction it is bounded: two on each axis.
 const POINTS: u32 = 2;
 /// What a cell is bounded by: so much of the greatest at its own points and at those of its neighbours. In clouds of noise bounds
@@ -143,7 +152,7 @@ impl Majorants {
                 if extinction.is_finite() {
                     bound.extinction = bound.extinction.max(extinction);
                 }
-                bound.emits |= local.emission != Vec3::ZERO;
+                bound.emits |= local.is_asked_for();
             }
             bound
         };

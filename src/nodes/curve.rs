@@ -42,6 +42,26 @@ impl Table {
     }
 }
 
+impl Table {
+    /// One number of the value at a place.
+    #[inline]
+    fn number_at(&self, place: f32, lane: usize) -> f32 {
+        // Beyond the ends, and what is not a number.
+        if self.entries.is_empty() || !(0.0..=1.0).contains(&place) {
+            return self.at(place)[lane];
+        }
+        let last = self.entries.len() - 1;
+        let along = place * last as f32;
+        let entry = (along as usize).min(last);
+        let t = along - entry as f32;
+        let here = self.entries[entry][lane];
+        if !self.interpolate || t == 0.0 {
+            return here;
+        }
+        here * (1.0 - t) + self.entries[(entry + 1).min(last)][lane] * t
+    }
+}
+
 /// A curve for each of three numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curves {
@@ -58,8 +78,11 @@ impl Curves {
     #[inline]
     pub fn of(&self, v: glam::Vec3) -> glam::Vec3 {
         let range = self.most - self.least;
-        let at = |x: f32| self.table.at(super::math::divided(x - self.least, range));
-        glam::Vec3::new(at(v.x).x, at(v.y).y, at(v.z).z)
+        let at = |lane: usize| {
+            let place = super::math::divided(v[lane] - self.least, range);
+            self.table.number_at(place, lane)
+        };
+        glam::Vec3::new(at(0), at(1), at(2))
     }
 }
 
@@ -82,5 +105,26 @@ mod tests {
         assert!(table.at(f32::NAN).x.is_nan());
         table.entries.clear();
         assert_eq!(table.at(0.5), Vec4::ZERO);
+    }
+
+    #[test]
+    fn one_number_is_that_of_the_whole_value_to_the_bit() {
+        for (interpolate, extrapolate) in [(true, true), (true, false), (false, true)] {
+            let entry = |i: i16| Vec4::new(0.1, 0.7, -1.3, 2.9) * f32::from(i * i) + 0.3;
+            let mut table = Table {
+                entries: (0..7).map(entry).collect(),
+                interpolate,
+                extrapolate,
+            };
+            let places = (-30..60i16).map(|i| f32::from(i) * 0.031);
+            for place in places.chain([-0.0, 0.5, 1.0, f32::NAN, f32::INFINITY]) {
+                for lane in 0..4 {
+                    let whole = table.at(place)[lane].to_bits();
+                    assert_eq!(table.number_at(place, lane).to_bits(), whole, "{place}");
+                }
+            }
+            table.entries.clear();
+            assert_eq!(table.number_at(0.5, 2), 0.0);
+        }
     }
 }

@@ -461,11 +461,17 @@ impl<K: BsdfFeatures> Bsdf<K> {
             return self.evaluate_sampled_fibres(wi);
         }
         if !self.is_beyond(wi) {
-            return if self.is_below(wi) && !self.is_seen_by_bump(wi) {
-                BsdfValue::ZERO
-            } else {
-                self.sums(usize::MAX, wi, false).total(K::FACETS)
-            };
+            if self.is_below(wi) && !self.is_seen_by_bump(wi) {
+                return BsdfValue::ZERO;
+            }
+            let mut sums = self.sums(usize::MAX, wi, false);
+            if K::BUMPS && self.transmits() {
+                for entry in self.others() {
+                    let of = entry.lobe.evaluate_before::<K>(self.smooth(), wi);
+                    sums.add(of, entry.p, entry.is_diffuse);
+                }
+            }
+            return sums.total(K::FACETS);
         }
         let mut sums = self.sums(usize::MAX, wi, true);
         for entry in self.others().iter().filter(|entry| !entry.is_delta) {

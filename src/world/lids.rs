@@ -88,6 +88,14 @@ fn place(hit: &Hit) -> (u32, u32) {
     (hit.object(), hit.primitive)
 }
 
+/// A face that lies on a surface, as a ray from there meets it.
+fn on_surface(hit: &Hit) -> Hit {
+    Hit {
+        distance: 0.0,
+        ..*hit
+    }
+}
+
 impl World {
     /// Whether the point of a face that lies on another one is on the same side of the plane as that of the other was: both are
     /// rounded from about the same corners' shares, so that they are not independent. In Cycles 5.2.3 the light of a lamp that comes
@@ -102,27 +110,24 @@ impl World {
         self.geometry.lids.is_some()
     }
 
-    /// The faces that lie on a surface on the side that a ray leaves it by, as the ray meets them. A point of a turned plane lies
-    /// on the one side or on the other by rounding, which `key` stands for: rays through the plane meet all other faces in it,
-    /// rays that leave it none.
-    fn lids(
+    /// The short ray through a surface that meets the faces which lie on it on the side that a ray leaves it by, and which of what it
+    /// meets lies there. A point of a turned plane lies on the one side or on the other by rounding, which `key` stands for: rays
+    /// through the plane meet all other faces in it, rays that leave it none.
+    fn through_lids(
         &self,
         (hit, surface): (&Hit, &Surface),
         (direction, kind, time): (Vec3, RayKind, f32),
         key: u32,
-    ) -> Vec<Hit> {
-        let mut found: Vec<Hit> = Vec::new();
-        let Some(lids) = &self.geometry.lids else {
-            return found;
-        };
+    ) -> Option<(Ray, impl Fn(&Hit) -> bool)> {
+        let lids = self.geometry.lids.as_ref()?;
         let own = lids.on(place(hit));
-        if own == Overlap::None {
-            return found;
-        }
         let normal = surface.normals.geometric;
-        let side = normal * 1f32.copysign(direction.dot(normal));
         let is_beyond = sampler::hashed(key, SIDE, 0) < 0.5;
         let leaves = (direction.dot(of_plane(normal)) > 0.0) == is_beyond;
+        if own == Overlap::None || own == Overlap::Turned && leaves {
+            return None;
+        }
+        let side = normal * 1f32.copysign(direction.dot(normal));
         let about = BoundedPoint {
             error: surface.point.error * REACH,
             ..surface.point
@@ -131,7 +136,7 @@ impl World {
             float::ray_origin(about, -side),
             float::ray_origin(about, side),
         );
-        let through = Ray {
+        let ray = Ray {
             origin: start.to_array(),
             direction: (end - start).to_array(),
             near: 0.0,
@@ -139,21 +144,16 @@ impl World {
             mask: kind.bit(),
             time,
         };
-        self.geometry.embree.visit(&through, |other| {
-            let there = lids.on(place(other));
-            let turned = own == Overlap::Turned || there == Overlap::Turned;
-            let is_new = place(other) != place(hit)
-                && !found.iter().any(|known| place(known) == place(other));
-            if is_new && there != Overlap::None && !(turned && leaves) {
-                found.push(Hit {
-                    distance: 0.0,
-                    ..*other
-                });
-            }
-        });
-        // Embree tells of them in any order.
-        found.sort_unstable_by_key(place);
-        found
+        let from = place(hit);
+        let is_there = move |other: &Hit| {
+            let there = match lids.on(place(other)) {
+                Overlap::None => false,
+                Overlap::Turned => !leaves,
+                Overlap::Flat => true,
+            };
+            there && place(other) != from
+        };
+        Some((ray, is_there))
     }
 
     /// The share of light that the faces on a surface let pass towards it.
@@ -166,16 +166,39 @@ impl World {
         key: u32,
         (limit, sender): (u32, &Sender),
     ) -> Vec3 {
+        let sent = (direction, RayKind::Shadow, sender.time);
+        let Some((ray, is_there)) = self.through_lids(at, sent, key) else {
+            return Vec3::ONE;
+        };
+        // Hundreds may lie in one place: the first that lets nothing through is enough.
+        let mut lets_pass: Vec<Hit> = Vec::new();
+        let shut = self.geometry.embree.occluded_asking(&ray, |other| {
+            if !is_there(other) {
+                return false;
+            }
+            let lid = on_surface(other);
+            if self.dims::<General>(&mut Share::within(limit), &lid, (direction, sender)) {
+                return true;
+            }
+            lets_pass.push(lid);
+            false
+        });
+        if shut {
+            return Vec3::ZERO;
+        }
+        // Embree tells of them in any order, perhaps more than once of the same.
+        lets_pass.sort_unstable_by_key(place);
+        lets_pass.dedup_by_key(|lid| place(lid));
         let mut share = Share::within(limit);
-        for lid in self.lids(at, (direction, RayKind::Shadow, sender.time), key) {
-            if self.dims::<General>(&mut share, &lid, (direction, sender)) {
+        for lid in &lets_pass {
+            if self.dims::<General>(&mut share, lid, (direction, sender)) {
                 return Vec3::ZERO;
             }
         }
         share.light
     }
 
-    /// The face on a surface that stops a ray from there, if one does.
+    /// The face on a surface that stops a ray from there, if one does; of several the first in the order of the scene.
     #[cold]
     #[inline(never)]
     pub fn lid(
@@ -185,12 +208,22 @@ impl World {
         key: u32,
         sender: &Sender,
     ) -> Option<Hit> {
-        let lids = self.lids(at, (direction, sender.kind, sender.time), key);
-        lids.into_iter().find(|lid| {
-            let (a, b) = parts(lid);
-            let opacity = self.opacity::<General>(lid, direction, sender);
-            Self::stops(opacity, || sampler::hashed(key, a, b))
-        })
+        let sent = (direction, sender.kind, sender.time);
+        let (ray, is_there) = self.through_lids(at, sent, key)?;
+        let mut first: Option<Hit> = None;
+        self.geometry.embree.visit(&ray, |other| {
+            let is_later = first.is_some_and(|known| place(&known) <= place(other));
+            if is_later || !is_there(other) {
+                return;
+            }
+            let lid = on_surface(other);
+            let (a, b) = parts(&lid);
+            let opacity = self.opacity::<General>(&lid, direction, sender);
+            if Self::stops(opacity, || sampler::hashed(key, a, b)) {
+                first = Some(lid);
+            }
+        });
+        first
     }
 
     /// A lamp that was drawn, if it lies in the plane of a face.

@@ -207,8 +207,13 @@ impl Preparer {
             in_solids: self.in_solids(scene, m, (p, linked), &programs.shaders),
             disperses: summary.principled.iter().any(|p| p.spreads_colors()),
             goes_below: walks.clone().next().is_some(),
-            // A displacement that is a bump gives all of them one.
-            bumps_below: programs.normal.is_some() || walks.any(|shader| shader.normal().is_some()),
+            // A displacement that is a bump gives all of them one. Cycles does not count one that is known: light comes out about the
+            // smooth normal there, unless another shader has one that is not.
+            bumps_below: programs.normal.is_some()
+                || walks.any(|shader| {
+                    let normal = shader.normal();
+                    normal.is_some_and(|root| !programs.surface.is_known_vector(root))
+                }),
             has_portal,
             space: known.space,
             programs,

@@ -258,7 +258,7 @@ fn range(
         if extinction.is_finite() {
             bound.extinction = bound.extinction.max(extinction);
         }
-        bound.emits |= found.emission != Vec3::ZERO;
+        bound.emits |= found.is_asked_for();
         if bound.settled {
             break;
         }
@@ -347,7 +347,15 @@ fn of_any(
         .reduce(|a, b| Local {
             extinction: a.extinction.max(b.extinction),
             scattering: a.scattering.max(b.scattering),
-            emission: a.emission.abs().max(b.emission.abs()),
+            emission: {
+                // Of two the stronger; light that is taken away is nothing where nothing else is.
+                let (least, most) = (a.emission.min(b.emission), a.emission.max(b.emission));
+                if most.max_element() > 0.0 {
+                    most
+                } else {
+                    least
+                }
+            },
         })
         .unwrap_or_default()
 }

@@ -74,6 +74,22 @@ class Arguments(EngineTest):
         self.scene.sundog.denoising_keep_energy = True
         self.assertIn("--denoise-keep-energy", self.of("denoise")[0])
 
+    def test_switches_of_developers_are_told_where_they_count(self):
+        layer = self.scene.view_layers[0]
+        if not hasattr(layer.cycles, "denoising_pass_follow_reflections"):
+            self.skipTest("Cycles has no such switches")
+        self.scene.sundog.denoising = "OFF"
+        for store, follows, weighs, count in (
+            (False, False, False, 0), (True, True, True, 0), (True, False, True, 1), (True, True, False, 1), (True, False, False, 2),
+        ):  # fmt: skip
+            layer.cycles.denoising_store_passes = store
+            layer.cycles.denoising_pass_follow_reflections = follows
+            layer.cycles.denoising_pass_use_albedo_roughness_weighting = weighs
+            self.assertEqual(len(denoise.differences(self.scene, layer)), count)
+        layer.cycles.denoising_store_passes = False
+        self.scene.sundog.denoising = "ON"
+        self.assertEqual(len(denoise.differences(self.scene, layer)), 2)
+
     def test_a_program_that_cannot_is_told(self):
         self.scene.sundog.denoising = "ON"
         found, warnings = self.of()

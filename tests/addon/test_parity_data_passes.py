@@ -153,6 +153,31 @@ class DataPasses(EngineTest):
         name = "ViewLayer.Ambient Occlusion" if FIVE else "ViewLayer.AO"
         self.near("ambient occlusion in fog", ours[name], theirs[name], error=0.02)
 
+    def test_denoising_depth_begins_at_the_clip_plane_and_goes_on_behind_what_bounds_a_volume(self):
+        """There was the rest of the way behind bounds alone: 0.1 of the depth. In Cycles paths that a fog has scattered write on."""
+        layer = self.scene.view_layers[0]
+        layer.cycles.denoising_store_passes = True
+        self.scene.camera.data.clip_start = 2.0
+        # Cycles has another share of what is behind what lets half through.
+        bpy.data.objects.remove(bpy.data.objects["veil"])
+        plain, theirs = (passes["ViewLayer.Denoising Depth"].astype(float) for passes in self.both())
+        bpy.ops.mesh.primitive_cube_add(size=7.6, location=(0, 0, 2.9))
+        fog = bpy.data.materials.new("fog")
+        fog.use_nodes = True
+        tree = fog.node_tree
+        tree.nodes.clear()
+        scatter, out = tree.nodes.new("ShaderNodeVolumeScatter"), tree.nodes.new("ShaderNodeOutputMaterial")
+        scatter.inputs["Density"].default_value = 1e-4
+        tree.links.new(scatter.outputs[0], out.inputs["Volume"])
+        bpy.context.object.data.materials.append(fog)
+        behind = self.both()[0]["ViewLayer.Denoising Depth"].astype(float)
+        for words, depth, of in (("Cycles", plain, theirs), ("without the volume", behind, plain)):
+            met = (depth < 1e9) & (of < 1e9)
+            print(f"denoising depth: {depth[met].mean():.3f}, {words} {of[met].mean():.3f}", flush=True)
+            self.assertGreater(met.mean(), 0.5)
+            self.assertLess(((depth < 1e9) != (of < 1e9)).mean(), 0.02)
+            self.assertLess(abs(depth[met].mean() / of[met].mean() - 1), 0.003)
+
     def test_an_orthographic_camera_has_mist_by_depth(self):
         self.scene.camera.data.type, self.scene.camera.data.ortho_scale = "ORTHO", 8
         ours, theirs = self.both()

@@ -75,6 +75,25 @@ class LampObjects(kit.ExportTest):
                 self.lamps("POINT", node, output, {})
                 self.compare(f"{node} {output}")
 
+    def test_nothing_is_around(self):
+        """An Ambient Occlusion is open, and a Bevel is the lamp's own normal. (The mean was shown.)"""
+        for kind in ("POINT", "AREA"):
+            for node, output in (("AmbientOcclusion", "AO"), ("AmbientOcclusion", "Color"), ("Bevel", 0)):
+                with self.subTest(kind=kind, node=node, output=output):
+                    self.lamps(kind, node, output, {})
+                    self.compare(f"{kind} {node} {output}")
+
+    def test_depths_of_rays(self):
+        """Cycles counts the way to the lamp: 1 for what the camera sees and for what lights that, one more behind each bounce. (The mean
+        was shown, 0.16 of the light.)"""
+        bpy.ops.mesh.primitive_cube_add(size=0.8, location=(0, 0, 0.4))
+        bpy.context.object.data.materials.append(kit.material("white", Base_Color=(0.95, 0.95, 0.95, 1), Roughness=1.0))
+        self.SAMPLES = 256
+        for kind in ("POINT", "AREA", "SUN", "SPOT"):
+            with self.subTest(kind=kind):
+                self.lamps(kind, "LightPath", "Ray Depth", {})
+                self.compare(f"{kind} Ray Depth")
+
     @unittest.skipIf(bpy.app.version < (4, 5, 0), "properties of the view layer")
     def test_worlds_ask_the_scene(self):
         """A world of a property of the scene; it was black."""

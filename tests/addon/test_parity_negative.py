@@ -93,6 +93,26 @@ class Negative(kit.ExportTest):
         self.world(-0.3)
         self.beside(-0.2)
 
+    @unittest.skipIf(bpy.app.version < (5, 0, 0), "volumes by other means")
+    def test_what_varies_takes_light_where_something_else_is(self):
+        """Cycles finds no bounds for what only takes light; beside what scatters it takes. (What only takes was 31 % of the picture.)"""
+        bpy.ops.mesh.primitive_cube_add(size=1, location=(0.5, 0, 1.5), rotation=(0.3, 0.4, 0.5))
+        self.emission("Volume", -0.5)
+        tree = bpy.context.object.active_material.node_tree
+        emission = next(n for n in tree.nodes if n.type == "EMISSION")
+        noise, by = tree.nodes.new("ShaderNodeTexNoise"), tree.nodes.new("ShaderNodeMath")
+        by.operation, by.inputs[1].default_value = "MULTIPLY", -0.5
+        tree.links.new(noise.outputs[0], by.inputs[0])
+        tree.links.new(by.outputs[0], emission.inputs["Strength"])
+        self.world(0.3)
+        self.beside(math.inf)
+        end, fog, both = (tree.nodes["Material Output"], tree.nodes.new("ShaderNodeVolumeScatter"), tree.nodes.new("ShaderNodeAddShader"))
+        tree.links.new(emission.outputs[0], both.inputs[0])
+        tree.links.new(fog.outputs[0], both.inputs[1])
+        tree.links.new(both.outputs[0], end.inputs["Volume"])
+        self.SAMPLES = 256
+        self.beside(math.inf)
+
 
 if __name__ == "__main__":
     unittest.main()

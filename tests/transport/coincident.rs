@@ -10,6 +10,11 @@ const ALBEDO: f64 = 0.75;
 
 /// Two sheets in one place that fill the picture, under a sky of 1 all around.
 pub fn sheets(turn: f64) -> Scene {
+    many_sheets(turn, 2)
+}
+
+/// So many of them.
+fn many_sheets(turn: f64, count: usize) -> Scene {
     let mut scene = Scene {
         generator: Some("Sundog add-on for Blender".into()),
         environment: constant_environment(1.0),
@@ -17,7 +22,7 @@ pub fn sheets(turn: f64) -> Scene {
         ..Scene::default()
     };
     let turned = DAffine3::from_quat(DQuat::from_axis_angle(DVec3::new(0.6, 0.8, 0.0), turn));
-    for _ in 0..2 {
+    for _ in 0..count {
         let sheet = quad([-9.0, -9.0, 0.0], [18.0, 0.0, 0.0], [0.0, 18.0, 0.0]);
         place(&mut scene, sheet, diffuse([ALBEDO as f32; 3]), &[turned]);
     }
@@ -45,5 +50,19 @@ fn sheets_in_one_place_are_black_or_half_as_bright() {
         // 32 x 24 pixels of 64 paths: each is between 0 and 1, so that five deviations are below 0.5 · 5 / √49152.
         let found = mean(&run(&sheets(0.3), &settings));
         assert!((found - turned).abs() < 0.012, "{found}, not {turned}");
+    }
+}
+
+/// However many there are: they are met together, and the first in the order of the scene is gone on from.
+#[test]
+fn sheets_upon_sheets_take_no_more() {
+    let settings = small(16, 4);
+    for turn in [0.0, 0.3] {
+        let [two, many] = [2, 60].map(|count| run(&many_sheets(turn, count), &settings));
+        let (two, many) = (mean(&two), mean(&many));
+        // What is seen is the last of them, so that other numbers decide.
+        assert!((two - many).abs() < 0.024, "{two}, {many}");
+        assert_eq!(two == 0.0, turn == 0.0);
+        assert_eq!(many == 0.0, turn == 0.0);
     }
 }

@@ -156,13 +156,16 @@ _OF_LIGHTS = {
     "ShaderNodeTexIES": ALL,
     "ShaderNodeTexEnvironment": _OF_WORLDS["ShaderNodeTexEnvironment"],
     "ShaderNodeNewGeometry": _OF_WORLDS["ShaderNodeNewGeometry"],
-    "ShaderNodeLightPath": Rule(outputs=_RAY_KINDS | {"Ray Length"}),
+    "ShaderNodeLightPath": _OF_WORLDS["ShaderNodeLightPath"],
+    # Around lamps there is nothing: all is open, and no edge is near.
+    "ShaderNodeAmbientOcclusion": ALL,
+    "ShaderNodeBevel": ALL,
 }
 
 
 def _without_surfaces(rules, others):
     # Of the textures of worlds and of lamps, each has its own alone.
-    left_out = {*_ON_SURFACES, *(others.keys() - rules.keys())}
+    left_out = {*_ON_SURFACES, *others} - rules.keys()
     return {kind: rule for kind, rule in {**EVALUATED, **rules}.items() if kind not in left_out}
 
 

@@ -78,7 +78,7 @@ class GraphWriter:
             self._demand(use)
         if walk is not None:
             for use in walk.uses:
-                self._tell(use)
+                self._tell(use, walk.table is None)
         self.result.attributes = sorted((name, width) for name, width in self._widths.items() if not self._is_color(name))
         if walk is not None:
             self.result.extension = self._surface(walk, material)
@@ -153,7 +153,7 @@ class GraphWriter:
         self.result.extension = {"blender": list(bpy.app.version), "nodes": nodes, "volume": link(walk.volume)}
         return self.result
 
-    def _tell(self, use):
+    def _tell(self, use, is_surface):
         """What of a shader is not rendered as Cycles does."""
         kind, inputs = use.node.bl_idname, use.inputs
         is_principled = kind == "ShaderNodeBsdfPrincipled"
@@ -163,7 +163,7 @@ class GraphWriter:
                 self.result.findings.append((APPROXIMATED, "light below the surface of a thin wall is scattered without roughness"))
         if inputs.get("Thin Film Thickness", 0.0) != 0.0 and bpy.app.version < (5, 0, 0):
             self.result.findings.append((APPROXIMATED, OLD_FILM, "thin-film"))
-        if kind == "ShaderNodeBevel" and use.node.samples < 8:
+        if kind == "ShaderNodeBevel" and use.node.samples < 8 and is_surface:
             words = "the few rays of a Bevel lie otherwise: its normals differ by about 1 % (8 samples agree)"
             self.result.findings.append((APPROXIMATED, words))
 

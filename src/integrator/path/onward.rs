@@ -151,6 +151,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                     }
                     self.beside.skipped = passing.skipped;
                     self.cross(&found.hit, self.direction);
+                    self.light.sink.go_by(found.hit.distance - self.span.0);
                     self.light.sink.pass(passing.weight);
                     self.passed += 1;
                     self.beside.bounds += u32::from(only_bounds);
@@ -206,6 +207,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         }
         self.cross(&found.hit, self.direction);
         (self.origin, self.beside.skipped) = world.straight_on(&found.hit, self.direction);
+        self.light.sink.go_by(found.hit.distance - self.span.0);
         self.beside.walked += found.hit.distance;
         self.span = (RAY_START, f32::INFINITY);
         false

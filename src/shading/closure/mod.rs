@@ -294,6 +294,15 @@ impl Lobe {
         }
     }
 
+    /// What [`Self::evaluate`] leaves out of light that is sampled before the surface, as Cycles has it.
+    #[inline]
+    pub fn evaluate_before<K: BsdfFeatures>(&self, smooth: Vec3, wi: Vec3) -> LobeValue {
+        match self {
+            Self::Translucent(l) if K::TRANSMISSION => l.evaluate_before(smooth, wi),
+            _ => LobeValue::ZERO,
+        }
+    }
+
     /// Draws a direction; `choice` in 0..1 decides between reflection and transmission.
     #[inline(always)]
     pub fn sample<K: BsdfFeatures>(

@@ -41,6 +41,23 @@ impl Translucent {
         }
     }
 
+    /// What Cycles samples of a light before the surface, where the lobe's own normal looks behind it. No direction that is drawn goes
+    /// there. Light that the smooth normal does not see is lost (see [`crate::world::World::meets_own_surface`]).
+    pub fn evaluate_before(&self, smooth: Vec3, wi: Vec3) -> LobeValue {
+        if self.normal == smooth || smooth.dot(wi) <= 0.0 {
+            return LobeValue::ZERO;
+        }
+        let shadowing = normal::bump_shadowing(smooth, self.normal, -wi);
+        if shadowing == 0.0 {
+            return LobeValue::ZERO;
+        }
+        let of = self.evaluate(wi);
+        LobeValue {
+            value: of.value * shadowing,
+            ..of
+        }
+    }
+
     /// Draws a direction by the cosine.
     pub fn sample(&self, u: Vec2) -> Option<LobeSample> {
         let wi = Frame::from_normal(-self.normal).to_world(warp::cosine_hemisphere(u));

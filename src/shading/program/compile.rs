@@ -482,6 +482,32 @@ impl Operation {
     }
 }
 
+impl Program {
+    /// Whether a normal is a vector that is the same everywhere, where it stands outside when it is asked for.
+    pub fn is_known_vector(&self, normal: &Root) -> bool {
+        let mut known: Vec<bool> = Vec::with_capacity(self.operations.len());
+        let is_known = |known: &[bool], operand: Operand| match operand {
+            Operand::Constant(_) => true,
+            Operand::Register(at, _) => known.get(at as usize).is_some_and(|&known| known),
+        };
+        for operation in &self.operations {
+            let mut is_computed = matches!(
+                operation,
+                Operation::Math { .. } | Operation::Mix { .. } | Operation::Compute(_)
+            );
+            operation.each_taken(&self.calls, |taken| is_computed &= is_known(&known, taken));
+            known.push(is_computed);
+        }
+        match normal.operand {
+            Operand::Constant(_) => true,
+            Operand::Register(at, _) => match self.operations[at as usize] {
+                Operation::Outside(vector) => is_known(&known, vector),
+                _ => false,
+            },
+        }
+    }
+}
+
 /// The vector that a Mapping leaves as it is, as most do that nobody has touched.
 fn unmapped(function: &Function, inputs: &[(Operand, SocketKind)]) -> Option<Operand> {
     let known = |socket: usize| match inputs[socket].0 {

@@ -76,6 +76,22 @@ fn what_shines_counts_as_albedo_and_nothing_has_no_depth() {
     assert_eq!(depth, None);
 }
 
+/// What bounds a volume is gone by; a path that the volume scatters has a depth, one that finds the sky behind it has none.
+#[test]
+fn ways_to_what_is_passed_are_a_part_of_the_depth() {
+    let mut path = PathFeatures::FOLLOWED;
+    path.go_by(2.0);
+    assert_eq!(pixel(&path).2, None);
+    path.pass(Vec3::splat(0.5));
+    path.go_by(1.0);
+    let mut scattered = path;
+    path.meet(4.0);
+    assert_eq!(pixel(&path).2, Some(2.0 + 0.5 * 5.0));
+    scattered.scatter(|| Vec3::ONE, || UP);
+    scattered.go_by(7.0);
+    assert_eq!(pixel(&scattered).2, Some(2.5));
+}
+
 #[test]
 fn a_path_that_is_not_followed_is_nothing() {
     let mut path = PathFeatures::default();

@@ -113,7 +113,7 @@ fn rays_find_what_is_sampled() {
             };
             assert!((s.wi.length() - 1.0).abs() < 1e-5 && s.pdf > 0.0 && !s.delta);
             drawn += 1;
-            let (radiance, on) = match light.le(&at, AT, s.wi) {
+            let (radiance, on) = match light.le(&at, (AT, s.wi), LookingRay::sampling(0)) {
                 Some(hit) => {
                     if let Some(target) = s.target {
                         let distance = (target - AT).length();
@@ -157,7 +157,7 @@ fn samples_and_uniform_directions_find_the_same_light() {
         }
         let (mut uniform, mut density) = (0.0, 0.0);
         for wi in grid(n).map(warp::sphere) {
-            let (radiance, on) = match light.le(&at, AT, wi) {
+            let (radiance, on) = match light.le(&at, (AT, wi), LookingRay::sampling(0)) {
                 Some(hit) => (hit.radiance, hit.on),
                 None => match on_square(&light, wi) {
                     Some(on) => (Vec3::splat(3.0), on),

@@ -315,3 +315,26 @@ fn cells_are_merged_where_ways_get_cheaper() {
         }
     }
 }
+
+/// Light that is taken away where nothing else is: no event asks for it, as in Cycles.
+#[test]
+fn what_only_takes_light_is_not_asked_for() {
+    let of = |extinction: f32, emission: [f32; 3]| {
+        let local = Local {
+            extinction: Vec3::splat(extinction),
+            scattering: Vec3::ZERO,
+            emission: Vec3::from(emission),
+        };
+        local.is_asked_for()
+    };
+    assert!(!of(0.0, [-1.0, -1.0, -0.1]) && !of(0.0, [0.0; 3]) && !of(1.0, [0.0; 3]));
+    assert!(of(0.0, [-1.0, 0.2, 0.0]) && of(0.1, [-1.0; 3]) && of(0.1, [1.0; 3]));
+    let corners = (Vec3::ZERO, Vec3::ONE);
+    let greatest = |emission: f32| {
+        let there = |_| local(Vec3::ZERO, Vec3::ZERO, 0.0, emission);
+        let bounds = Majorants::new(even(corners.0, corners.1, 2), there, |_, _| None);
+        bounds.values.iter().copied().fold(0.0, f32::max)
+    };
+    assert_eq!(greatest(-1.0), 0.0);
+    assert!(greatest(1.0) > 0.0);
+}

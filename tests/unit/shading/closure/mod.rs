@@ -7,7 +7,7 @@ use crate::scene::graph::ShaderRules;
 use crate::shading::fresnel::{self, Fresnel};
 use crate::shading::ggx::Alpha;
 use crate::shading::thin_film::{Film, Filmed};
-use std::f32::consts::TAU;
+use std::f32::consts::{PI, TAU};
 
 const UP: Normals = Normals {
     geometric: Vec3::Z,
@@ -512,6 +512,32 @@ fn bumps_soften_translucent_light_that_is_sampled() {
     // Straight through there is nothing to soften.
     let (drawn, same) = sampled(-Vec3::Z);
     assert!((same / drawn - 1.0).abs() < 1e-6, "{drawn} {same}");
+}
+
+/// A normal that looks behind the surface: lights before it are sampled, where the smooth normal sees them, and draw no direction.
+#[test]
+fn translucent_light_before_the_surface_is_sampled_by_a_normal_that_looks_behind() {
+    let of = |normal: Vec3, smooth: Vec3, wi: Vec3| {
+        let color = Vec3::splat(0.5);
+        Lobe::Translucent(Translucent { color, normal }).evaluate_before::<AllFeatures>(smooth, wi)
+    };
+    let behind = Vec3::new(0.6, 0.0, -0.8);
+    let found = of(-Vec3::Z, Vec3::Z, Vec3::Z);
+    assert!((found.value.x - 0.5 / PI).abs() < 1e-6 && (found.pdf - 1.0 / PI).abs() < 1e-6);
+    // Its terminator is soft.
+    let grazing = view(0.1, PI);
+    let (found, cos) = (of(behind, Vec3::Z, grazing), -grazing.dot(behind));
+    assert!(cos > 0.5 && found.value.x > 0.0 && found.value.x < 0.4 * cos / PI);
+    assert!((found.pdf - cos / PI).abs() < 1e-6);
+    // The same for both; the smooth normal does not see it; and the normal looks before the surface.
+    for (normal, smooth, wi) in [
+        (behind, behind, Vec3::Z),
+        (behind, -Vec3::Z, Vec3::Z),
+        (Vec3::new(0.6, 0.0, 0.8), Vec3::Z, grazing),
+    ] {
+        let found = of(normal, smooth, wi);
+        assert_eq!((found.value, found.pdf), (Vec3::ZERO, 0.0));
+    }
 }
 
 /// All but one of the colours of what is scattered several times are 1 at most; until 5.2 there is one more of them.
