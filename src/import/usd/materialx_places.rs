@@ -2,7 +2,7 @@
 
 use super::materialx_nodes::{coordinates, follow_uvs, mixed};
 use super::network::{Network, Term};
-use super::preview::{ADD, MULTIPLY, SUBTRACT, each};
+use super::preview::{MULTIPLY, SUBTRACT, each};
 use super::source::View;
 use super::value;
 use super::{materialx_more, materialx_noise};
