@@ -169,7 +169,7 @@ fn overlaid(network: &mut Network, shader: &View) -> Term {
 fn corrected(network: &mut Network, shader: &View) -> Option<Term> {
     let from = network.input_or(shader, "in", Term::color([1.0; 3]));
     let one = Term::number(1.0);
-    let mut given = |network: &mut Network, name: &str, fallback: f32| {
+    let given = |network: &mut Network, name: &str, fallback: f32| {
         network.input_or(shader, name, Term::number(fallback))
     };
     let hue = given(network, "hue", 0.0);
