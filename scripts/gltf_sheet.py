@@ -1,8 +1,9 @@
 """Files of others as Sundog reads them, beside Cycles' picture of Blender's import of the same file.
 
-    BPY/bin/python scripts/gltf_sheet.py SCENES OUT.png [--program target/release/sundog] [--only NAME ...]
+    BPY/bin/python scripts/gltf_sheet.py SCENES OUT.png [--usd] [--program target/release/sundog] [--only NAME ...]
 
 SCENES is a folder with a folder for each scene, and hdri-open/studio_small_05_1k.hdr, which lights the files without light.
+With --usd every file of USD in the folders whose names begin with "usd" is one, in the place of the glTF file of each folder.
 OUT.png has two pictures a scene, Sundog's left; OUT.md names them row by row, with the means of both and how long each program
 took to import the file and to make its picture (with the start of its process, for Sundog).
 """
@@ -42,7 +43,10 @@ def with_sundog(program, path, out, light, samples):
 def imported(path):
     bpy.ops.wm.read_factory_settings(use_empty=True)
     begun = time.monotonic()
-    bpy.ops.import_scene.gltf(filepath=str(path))
+    if ".usd" in path.suffix:
+        bpy.ops.wm.usd_import(filepath=str(path), apply_unit_conversion_scale=True)
+    else:
+        bpy.ops.import_scene.gltf(filepath=str(path))
     return time.monotonic() - begun
 
 
@@ -70,11 +74,13 @@ def framed(told):
 
 def with_cycles(out, light, samples):
     scene = bpy.context.scene
-    scene.world = bpy.data.worlds.new("world")
-    scene.world.use_nodes = True
-    nodes = scene.world.node_tree.nodes
-    background = nodes["Background"]
-    background.inputs["Color"].default_value = (0, 0, 0, 1)
+    # A dome light of USD has become one.
+    if light or scene.world is None:
+        scene.world = bpy.data.worlds.new("world")
+        scene.world.use_nodes = True
+        nodes = scene.world.node_tree.nodes
+        background = nodes["Background"]
+        background.inputs["Color"].default_value = (0, 0, 0, 1)
     if light:
         picture = nodes.new("ShaderNodeTexEnvironment")
         picture.image = bpy.data.images.load(str(light))
@@ -105,12 +111,19 @@ def main():
     parser.add_argument("scenes", type=Path)
     parser.add_argument("out", type=Path)
     parser.add_argument("--program", default="target/release/sundog")
+    parser.add_argument("--usd", action="store_true")
     parser.add_argument("--only", nargs="*")
     parser.add_argument("--samples", type=int, default=24)
     options = parser.parse_args()
     hdr = options.scenes / "hdri-open" / "studio_small_05_1k.hdr"
     files = []
-    for folder in sorted(p for p in options.scenes.iterdir() if p.is_dir()):
+    folders = sorted(p for p in options.scenes.iterdir() if p.is_dir())
+    for folder in folders if options.usd else []:
+        found = sorted(folder.rglob("*.usd*")) if folder.name.startswith("usd") else []
+        files += [(str(path.relative_to(options.scenes)), path) for path in found]
+    if options.only and options.usd:
+        files = [file for file in files if file[0] in options.only]
+    for folder in [] if options.usd else folders:
         found = sorted(folder.glob("*.gltf")) or sorted(folder.glob("*.glb"))
         if found and (not options.only or folder.name in options.only):
             files.append((folder.name, found[0]))

@@ -12,6 +12,7 @@ mod onward;
 mod passing;
 mod past;
 mod portal;
+mod rounds;
 mod start;
 mod wide;
 
@@ -181,6 +182,7 @@ struct Beside {
     bounds: u32,
     /// A bounce, and the surfaces that the path has passed since, at which it might have stopped to choose.
     tints: (u32, u32),
+    rounds: rounds::Rounds,
     /// How it has stopped at its surface, if it could have passed that.
     stopped: Option<Stopped>,
     /// Whether passes of data have their surface.
@@ -296,6 +298,7 @@ pub fn trace_with_passes<E: Features, A: PassSink + Record>(
         bounds: 0,
         is_through: false,
         tints: (0, 0),
+        rounds: rounds::Rounds::default(),
         stopped: None,
         is_noted: false,
         seen_through: 0.0,

@@ -69,7 +69,7 @@ pub(super) const fn words_4(x: u32, y: u32, z: u32, w: u32) -> u32 {
 
 /// A hash as a number from 0 to 1, both included.
 #[inline(always)]
-const fn unit(hash: u32) -> f32 {
+pub(super) const fn unit(hash: u32) -> f32 {
     hash as f32 * (1.0 / 4_294_967_296.0)
 }
 

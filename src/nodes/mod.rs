@@ -48,6 +48,7 @@ mod hash;
 pub mod ies;
 mod lanes;
 pub mod magic;
+pub mod materialx;
 pub mod math;
 pub mod mix;
 pub mod noise;
@@ -72,6 +73,7 @@ pub use checker::{CheckerInputs, checker};
 pub use gabor::{GaborInputs, GaborOutputs, GaborType, gabor};
 pub use gradient::{GradientType, gradient};
 pub use magic::{MagicInputs, MagicSettings, magic};
+pub use materialx::{LatticeInputs, LatticeNoise, LatticeSettings, lattice_noise};
 pub use noise::{NoiseInputs, NoiseSettings, NoiseType, noise, noise_fac};
 pub use version::CyclesVersion;
 pub use voronoi::{

@@ -252,12 +252,21 @@ fn gradients_1(axes: &Axes) -> f32 {
 /// Between the four corners of a cell.
 #[inline(always)]
 fn gradients_2(axes: &Axes) -> f32 {
+    corners_2(axes)[0]
+}
+
+/// The same by each of the hashes' first three bytes.
+#[inline(always)]
+fn corners_2(axes: &Axes) -> [f32; 3] {
     let [(a, x), (b, next_x)] = [0, 1].map(|number| axes.side(0, number));
     let [(c, y), (d, next_y)] = [0, 1].map(|number| axes.side(1, number));
     let hash = lanes::words_2(u32x4::new([a, a, b, b]), u32x4::new([c, d, c, d]));
     let (x, y) = ([x, x, next_x, next_x], [y, next_y, y, next_y]);
-    let values = lanes::gradient_2(hash, f32x4::new(x), f32x4::new(y));
-    bilinear(values.to_array(), axes.fades[0], axes.fades[1])
+    let of = |byte: u32| {
+        let values = lanes::gradient_2(hash >> (8 * byte), f32x4::new(x), f32x4::new(y));
+        bilinear(values.to_array(), axes.fades[0], axes.fades[1])
+    };
+    [of(0), of(1), of(2)]
 }
 
 /// Between the eight corners of a cell: Perlin's twelve edges of the cube, four of them twice.
@@ -265,6 +274,21 @@ fn gradients_2(axes: &Axes) -> f32 {
 fn gradients_3(axes: &Axes) -> f32 {
     let ([i, j, k], places) = cube(axes);
     trilinear(lanes::gradient_3(lanes::words_3(i, j, k), places), axes)
+}
+
+/// Noise of three numbers, by other bytes of the hashes that gradients are chosen by. `flat`: the third coordinate does not count.
+pub(super) fn three(place: glam::Vec3, flat: bool) -> glam::Vec3 {
+    let p = place.to_array();
+    glam::Vec3::from(if flat {
+        let axes = axes(Point::<2>::from_axes(|axis| p[axis]).0, wrap);
+        corners_2(&axes).map(|sum| 0.6616 * sum)
+    } else {
+        let axes = axes(Point::<3>::from_axes(|axis| p[axis]).0, wrap_by_quotient);
+        let ([i, j, k], places) = cube(&axes);
+        let hash = lanes::words_3(i, j, k);
+        let of = |byte: u32| trilinear(lanes::gradient_3(hash >> (8 * byte), places), &axes);
+        [of(0), of(1), of(2)].map(|sum| 0.9820 * sum)
+    })
 }
 
 /// Between the sixteen corners of a cell: edges of the cube in four dimensions, of which one axis is left out.

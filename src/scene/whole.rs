@@ -25,6 +25,92 @@ impl Bounds {
 /// Half the angle that [`Scene::framed`] has between its closest two edges: that of a lens of 50 mm on 24 mm.
 const HALF_ANGLE_TANGENT: f64 = 12.0 / 50.0;
 
+/// Vertices that are looked at together.
+const BLOCK: usize = 256;
+/// Of the size of coordinates: boxes are the same but for this.
+const ROUNDED: f64 = 1e-14;
+
+/// The box around some vertices of a mesh.
+struct Block {
+    middle: DVec3,
+    half: DVec3,
+}
+
+impl Block {
+    fn about(points: &[[f32; 3]]) -> Self {
+        let points = points.iter().map(|p| DVec3::from(p.map(f64::from)));
+        let ends = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let (low, high) = points.fold(ends, |(low, high), p| (low.min(p), high.max(p)));
+        Self {
+            middle: 0.5 * (low + high),
+            half: 0.5 * (high - low),
+        }
+    }
+
+    /// The box around it in its place, less what is rounded (a few times 2⁻⁵³ of what is added): of a flat mesh all blocks end in one plane.
+    fn placed(&self, place: &DAffine3) -> Bounds {
+        let m = &place.matrix3;
+        let size = |v: DVec3| m.x_axis.abs() * v.x + m.y_axis.abs() * v.y + m.z_axis.abs() * v.z;
+        let middle = place.transform_point3(self.middle);
+        let parts = size(self.middle.abs() + self.half) + place.translation.abs();
+        let half = size(self.half) - parts * ROUNDED;
+        Bounds {
+            low: middle - half,
+            high: middle + half,
+        }
+    }
+}
+
+/// The box around placed vertices.
+fn around(place: &DAffine3, points: &[[f32; 3]]) -> Option<Bounds> {
+    let points = points.iter().map(|p| {
+        let point = place.transform_point3(DVec3::from(p.map(f64::from)));
+        Bounds {
+            low: point,
+            high: point,
+        }
+    });
+    points.reduce(Bounds::unite)
+}
+
+/// The same by blocks, of which those are left out that lie within what is known.
+fn around_blocks(place: &DAffine3, points: &[[f32; 3]], blocks: &[Block]) -> Option<Bounds> {
+    let boxes: Vec<Bounds> = blocks.iter().map(|block| block.placed(place)).collect();
+    let of = |number: usize| {
+        let first = number * BLOCK;
+        around(place, &points[first..points.len().min(first + BLOCK)])
+    };
+    let mut all: Option<Bounds> = None;
+    let add = |all: &mut Option<Bounds>, number: usize| {
+        *all = match (*all, of(number)) {
+            (Some(a), Some(b)) => Some(a.unite(b)),
+            (a, b) => a.or(b),
+        };
+    };
+    let numbers = 0..boxes.len();
+    for axis in 0..3 {
+        let least = numbers
+            .clone()
+            .min_by(|a, b| boxes[*a].low[axis].total_cmp(&boxes[*b].low[axis]));
+        let most = numbers
+            .clone()
+            .max_by(|a, b| boxes[*a].high[axis].total_cmp(&boxes[*b].high[axis]));
+        for number in [least, most].into_iter().flatten() {
+            add(&mut all, number);
+        }
+    }
+    for number in numbers {
+        let one = &boxes[number];
+        // What is not a number lies within nothing.
+        let within =
+            all.is_some_and(|all| one.low.cmpge(all.low).all() && one.high.cmple(all.high).all());
+        if !within {
+            add(&mut all, number);
+        }
+    }
+    all
+}
+
 impl Scene {
     /// Whether its file comes from Blender: of others nobody has a picture by Cycles.
     pub fn is_from_blender(&self) -> bool {
@@ -42,18 +128,29 @@ impl Scene {
 
     /// The box around all placed vertices; `None` if there are none.
     pub fn bounds(&self) -> Option<Bounds> {
-        self.placed()
-            .filter_map(|(place, mesh)| {
-                let points = mesh.positions.iter().map(|p| {
-                    let point = place.transform_point3(DVec3::from(p.map(f64::from)));
-                    Bounds {
-                        low: point,
-                        high: point,
-                    }
-                });
-                points.reduce(Bounds::unite)
+        let mut times = vec![0u32; self.meshes.len()];
+        for instance in &self.instances {
+            if let Some(times) = times.get_mut(instance.mesh.0 as usize) {
+                *times += 1;
+            }
+        }
+        let blocks = self.meshes.par_iter().zip(&times);
+        let blocks: Vec<Vec<Block>> = blocks
+            .map(|(mesh, times)| match times {
+                0..=2 => Vec::new(),
+                _ => mesh.positions.chunks(BLOCK).map(Block::about).collect(),
             })
-            .reduce_with(Bounds::unite)
+            .collect();
+        let placed = self.instances.par_iter().filter_map(|instance| {
+            let number = instance.mesh.0 as usize;
+            let (mesh, blocks) = (self.meshes.get(number)?, &blocks[number]);
+            let place = &instance.world_from_object;
+            if blocks.len() < 2 {
+                return around(place, &mesh.positions);
+            }
+            around_blocks(place, &mesh.positions, blocks)
+        });
+        placed.reduce_with(Bounds::unite)
     }
 
     /// Whether there is a light, a world, or a surface that gives light or shows its colour without any.
@@ -182,6 +279,42 @@ mod tests {
         assert!(Scene::default().framed().is_none());
         assert!(scene(DAffine3::from_scale(DVec3::ZERO)).framed().is_none());
         assert_eq!(Scene::default().bounds(), None);
+    }
+
+    /// A mesh of many vertices that is placed often has the same box as one by one, but for roundings.
+    #[test]
+    fn boxes_by_blocks_are_those_of_all_vertices() {
+        let turned = |number: u32| {
+            let angle = f64::from(number);
+            DAffine3::from_scale_rotation_translation(
+                DVec3::new(1.0, 0.3 + angle, 1e-3),
+                glam::DQuat::from_euler(glam::EulerRot::XYZ, angle, 2.0 * angle, 0.3),
+                DVec3::new(1e3 * angle.sin(), -7.0, angle),
+            )
+        };
+        let mut scene = scene(DAffine3::IDENTITY);
+        let point = |number: u32| {
+            let angle = 0.01 * number as f32;
+            [angle.sin() * angle, angle.cos(), (7.0 * angle).sin()]
+        };
+        scene.meshes[0].positions = (0..5000).map(point).collect();
+        let first = scene.instances.remove(0);
+        for number in 0..20 {
+            scene.instances.push(Instance {
+                world_from_object: turned(number),
+                ..first.clone()
+            });
+            let one_by_one = scene
+                .placed()
+                .filter_map(|(place, mesh)| around(place, &mesh.positions));
+            let one_by_one = one_by_one.reduce_with(Bounds::unite).unwrap();
+            let found = scene.bounds().unwrap();
+            let size = one_by_one.low.abs().max(one_by_one.high.abs());
+            for (a, b) in [(found.low, one_by_one.low), (found.high, one_by_one.high)] {
+                let far = (a - b).abs();
+                assert!(far.cmple(size * 1e-13).all(), "{number}: {far}");
+            }
+        }
     }
 
     #[test]

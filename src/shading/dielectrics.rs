@@ -8,6 +8,8 @@ use super::tables::{Estimate, Indices, Rows, Solids};
 pub struct Dielectrics {
     /// Tables of the transmitting solid.
     pub(super) solid: Option<Solids>,
+    /// What a layer leaves to its base, where its index is below 1.
+    pub(super) below_one: Estimate,
 }
 
 /// Which tables a material needs.
@@ -19,10 +21,12 @@ pub struct Needs {
     pub rows: Rows,
     /// Of what.
     pub estimate: Estimate,
+    /// What a layer of an index below 1 leaves to its base.
+    pub below_one: Estimate,
 }
 
-/// Bits of the solid's indices, the roughnesses, and what is tabulated.
-pub type Key = (Option<[u32; 2]>, Rows, Estimate);
+/// Bits of the solid's indices, the roughnesses, and what is tabulated and left to bases.
+pub type Key = (Option<[u32; 2]>, Rows, [Estimate; 2]);
 
 /// The index of refraction whose reflectance at normal incidence is `specular` times that of `ior`.
 pub(super) fn layer_ior(ior: f32, specular: f32) -> f32 {
@@ -36,7 +40,8 @@ pub(super) fn layer_ior(ior: f32, specular: f32) -> f32 {
 impl Needs {
     /// What tells its tables from others.
     pub fn key(&self) -> Key {
-        (self.solid.map(Indices::bits), self.rows, self.estimate)
+        let estimates = [self.estimate, self.below_one];
+        (self.solid.map(Indices::bits), self.rows, estimates)
     }
 }
 
@@ -47,6 +52,7 @@ impl Dielectrics {
             solid: transmits.then_some(Indices::One(ior)),
             rows: Rows::ALL,
             estimate: Estimate::Exact,
+            below_one: Estimate::Exact,
         })
     }
 
@@ -55,6 +61,7 @@ impl Dielectrics {
         let solid = |indices| Solids::new(indices, needs.rows, needs.estimate);
         Self {
             solid: needs.solid.map(solid),
+            below_one: needs.below_one,
         }
     }
 }

@@ -11,7 +11,9 @@ use super::dielectrics::{Dielectrics, layer_ior};
 use super::dispersion::index_at;
 use super::fresnel::{self, Fresnel};
 use super::ggx::Alpha;
-use super::tables::{LutCoordinate, Reflection as Albedos, layer_albedo, metal_estimate};
+use super::tables::{
+    Estimate, LutCoordinate, Reflection as Albedos, albedo_below_one, layer_albedo, metal_estimate,
+};
 use super::thin_film::{Film, Filmed};
 use crate::math::sqr;
 use crate::scene::graph::{Distribution, ShaderRules, Subsurface, WalkMethod};
@@ -308,8 +310,12 @@ impl<K: BsdfFeatures> Bsdf<K> {
             let f0 = (p.specular_color * true_f0).min(Vec3::ONE);
             let average = f0 + (Vec3::ONE - f0) * fresnel::average_blend(eta, true_f0);
             let compensation = compensation(average);
-            let mut albedo =
-                layer_albedo((cos, mean), (eta, p.rules), [f0, average], albedos.as_ref());
+            let (view, all) = ((cos, mean), albedos.as_ref());
+            let mut albedo = if eta < 1.0 && tables.below_one == Estimate::Exact {
+                albedo_below_one(view, eta, [f0, average], all)
+            } else {
+                layer_albedo(view, (eta, p.rules), [f0, average], all)
+            };
             if is_filmed {
                 let (filmed, share) = (Filmed::Dielectric(p.film, eta, f0), compensation * rest);
                 let scattered = share * single_scattering();

@@ -13,7 +13,7 @@ mod layering;
 mod quadrature;
 
 mod solids;
-pub use layering::{facet_blend, layer_albedo, metal_estimate};
+pub use layering::{albedo_below_one, facet_blend, layer_albedo, metal_estimate};
 pub use solids::{Indices, Solids};
 
 use super::fresnel;

@@ -94,6 +94,7 @@ impl Preparer {
             solid: p.is_some_and(|p| self.needs_solid(p)).then_some(indices),
             rows,
             estimate: self.estimate(rules),
+            below_one: self.estimate_of_file(),
         })
     }
 
@@ -155,6 +156,7 @@ impl Preparer {
             solid: Some(indices),
             rows,
             estimate: self.estimate(rules),
+            below_one: self.estimate_of_file(),
         })
     }
 
@@ -174,6 +176,7 @@ impl Preparer {
                 roughness.filter(|_| !self.roughens()).unwrap_or(1.0),
             ),
             estimate: self.estimate(ShaderRules::default()),
+            below_one: self.estimate_of_file(),
         })
     }
 }

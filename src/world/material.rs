@@ -75,7 +75,7 @@ pub struct Preparer {
     rasters: HashMap<(u32, ImageAlpha), Arc<Raster>>,
     /// Surfaces may be made rougher than their materials say.
     roughens: bool,
-    /// What tables of solids hold, by the rules until 5.2.
+    /// What tables of solids hold, by the rules until 5.2, and what layers leave to their bases.
     estimate: Estimate,
 }
 
@@ -117,6 +117,11 @@ impl Preparer {
             ShaderRules::Before53 => self.estimate,
             ShaderRules::Since53 => Estimate::Exact,
         }
+    }
+
+    /// What layers of an index below 1 leave to their bases: those of Cycles leave too much, in all versions.
+    pub(super) fn estimate_of_file(&self) -> Estimate {
+        self.estimate
     }
 
     /// Whether surfaces may be made rougher than their materials say.

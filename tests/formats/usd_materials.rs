@@ -183,6 +183,90 @@ fn places_and_patterns_are_materialxs() {
     assert!((top[0] - 0.24).abs() < 0.02 && (bottom[0] - 0.36).abs() < 0.02);
 }
 
+/// What MaterialX 1.39.5's own code says of noises (tests/unit/nodes/materialx.rs has it), and its graphs of what is made of other nodes.
+#[test]
+fn noises_of_several_numbers_and_nodes_made_of_others_are_materialxs() {
+    let flat = "float2 inputs:texcoord = (-1.6, 2.45)";
+    let deep = "float3 inputs:position = (-1.6, 2.45, 7.9)";
+    let near = "float3 inputs:position = (0.3, 0.7, 0.2)";
+    let with = |place: &str, more: &str| format!("{place}\n {more}");
+    let layers =
+        "color4f inputs:fg = (0.25, 0.5, 0.1, 0.5)\n color4f inputs:bg = (0.5, 0.25, 0.125, 0.25)";
+    let jitter = "float inputs:jitter = 0.8";
+    let mut wrong = Vec::new();
+    let octaves = "float inputs:lacunarity = 2.1\n float inputs:diminish = 0.6";
+    for (id, inputs, expected) in [
+        ("ND_noise2d_color3", with(flat, "float inputs:pivot = 1"), [0.337_748, 1.219_156, 1.274_071]),
+        ("ND_noise3d_vector3", with(deep, "float inputs:pivot = 1"), [1.165_911, 1.049_369, 0.836_021]),
+        ("ND_noise3d_color4", with(deep, "float inputs:pivot = 1"), [1.165_911, 1.049_369, 0.836_021]),
+        ("ND_fractal3d_color3", with(near, octaves), [0.473_277, -0.318_488, 0.456_499]),
+        ("ND_cellnoise2d_float", flat.to_owned(), [0.562_888; 3]),
+        ("ND_cellnoise3d_float", near.to_owned(), [0.611_068; 3]),
+        ("ND_worleynoise2d_float", with(flat, jitter), [0.505_864; 3]),
+        ("ND_worleynoise2d_vector3", with(flat, jitter), [0.505_864, 0.852_551, 1.054_507]),
+        ("ND_worleynoise3d_vector3", with(near, &format!("{jitter}\n int inputs:style = 1")), [0.111_573, 0.325_1, 0.339_947]),
+        ("ND_unifiednoise3d_float", with(near, "int inputs:type = 1"), [0.611_068; 3]),
+        ("ND_unifiednoise2d_float", with(flat, &format!("{jitter}\n int inputs:type = 2\n float inputs:outmax = 0.5")), [0.252_932; 3]),
+        // 0.0735 is 301 of 4096: in the cell (301, 5).
+        (
+            "ND_randomfloat_float",
+            "float inputs:in = 0.0735\n int inputs:seed = 5\n float inputs:max = 2".to_owned(),
+            [1.745_02; 3],
+        ),
+        ("ND_randomcolor_integer", "int inputs:in = 7\n float inputs:saturationlow = 0\n float inputs:saturationhigh = 0\n float inputs:brightnesslow = 0.5\n float inputs:brightnesshigh = 0.5".to_owned(), [0.5; 3]),
+        ("ND_safepower_color3FA", "color3f inputs:in1 = (0.36, -0.5, 0.25)\n float inputs:in2 = 0.5".to_owned(), [0.6, 0.0, 0.5]),
+        ("ND_distance_vector3", "float3 inputs:in1 = (1, 2, 3)\n float3 inputs:in2 = (1, 2.3, 3.4)".to_owned(), [0.5; 3]),
+        ("ND_trianglewave_float", "float inputs:in = -1.3".to_owned(), [0.3; 3]),
+        ("ND_reflect_vector3", "float3 inputs:in = (0.6, 0.2, -0.8)".to_owned(), [0.6, 0.2, 0.8]),
+        ("ND_colorcorrect_color3", "color3f inputs:in = (0.25, 0.25, 0.25)\n float inputs:gamma = 2\n float inputs:lift = 0.1\n float inputs:gain = 0.5\n float inputs:exposure = 1".to_owned(), [0.55; 3]),
+        ("ND_range_float", "float inputs:in = 0.25\n float inputs:gamma = 2\n float inputs:outlow = 1\n float inputs:outhigh = 2".to_owned(), [1.5; 3]),
+        ("ND_sqrt_vector3", "float3 inputs:in = (0.25, 0.04, 1)".to_owned(), [0.5, 0.2, 1.0]),
+        ("ND_overlay_color3", "color3f inputs:fg = (0.25, 0.5, 0.75)\n color3f inputs:bg = (0.25, 0.5, 0.75)".to_owned(), [0.125, 0.5, 0.875]),
+        ("ND_over_color4", layers.to_owned(), [0.5, 0.625, 0.1625]),
+        ("ND_matte_color4", layers.to_owned(), [0.375, 0.375, 0.1125]),
+        ("ND_in_color4", layers.to_owned(), [0.0625, 0.125, 0.025]),
+        ("ND_out_color4", layers.to_owned(), [0.1875, 0.375, 0.075]),
+        ("ND_mask_color4", layers.to_owned(), [0.25, 0.125, 0.0625]),
+        ("ND_logical_xor", "bool inputs:in1 = 1\n bool inputs:in2 = 0".to_owned(), [1.0; 3]),
+        ("ND_logical_and", "bool inputs:in1 = 1\n bool inputs:in2 = 0".to_owned(), [0.0; 3]),
+        ("ND_circle_float", "float2 inputs:texcoord = (0.3, 0.3)\n float inputs:radius = 0.4".to_owned(), [0.0; 3]),
+    ] {
+        let found = quarters(&node(id, &inputs))[0];
+        let pairs = found.iter().zip(expected);
+        if pairs.into_iter().any(|(a, b)| (a - b).abs() > 1e-3) {
+            wrong.push(format!("{id}: {found:?} and not {expected:?}"));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// A temperature that other nodes say gives the light of the same temperature as a number.
+#[test]
+fn black_bodies_of_connected_temperatures_shine_as_those_of_numbers() {
+    for kelvin in [1000, 1700, 3000, 6500, 20_000, 40_000] {
+        // A number that is not known before the place is: none of the coordinate, and the rest.
+        let nodes = format!(
+            "{}
+def Shader \"u\" {{\n uniform token info:id = \"ND_texcoord_vector2\"\n float2 outputs:out\n }}
+def Shader \"e\" {{\n uniform token info:id = \"ND_extract_vector2\"\n float2 inputs:in.connect = </paint/u.outputs:out>\n float outputs:out\n }}
+def Shader \"z\" {{\n uniform token info:id = \"ND_multiply_float\"\n float inputs:in1.connect = </paint/e.outputs:out>\n float inputs:in2 = 0.000001\n float outputs:out\n }}
+def Shader \"k\" {{\n uniform token info:id = \"ND_add_float\"\n float inputs:in1.connect = </paint/z.outputs:out>\n float inputs:in2 = {kelvin}\n float outputs:out\n }}",
+            node("ND_blackbody", "float inputs:temperature.connect = </paint/k.outputs:out>")
+        );
+        let number = format!("float inputs:temperature = {kelvin}");
+        let (found, expected) = (
+            quarters(&nodes)[0],
+            quarters(&node("ND_blackbody", &number))[0],
+        );
+        for (found, expected) in found.iter().zip(expected) {
+            assert!(
+                (found - expected).abs() < 2e-3 * expected.max(1.0),
+                "{kelvin}: {found} {expected}"
+            );
+        }
+    }
+}
+
 #[test]
 fn surfaces_are_mixed_and_inputs_that_are_not_read_named() {
     let surface = |name: &str, inputs: &str| {

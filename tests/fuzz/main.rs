@@ -1,4 +1,5 @@
 //! Runs the fuzzer for as long as asked: `cargo run --release --example fuzz -- --minutes 10 [--seed N] [--keep FOLDER]`.
+//! `--show SEED` prints an input, and `--check FILE` says what is wrong with one that stands in a file.
 //! With `--corpus FOLDER --each N` it damages the files of a folder instead, each kind (or `--only KIND`) so many times; with `--seeds`
 //! small files of every kind that is read.
 //! See scripts/fuzz.sh, which limits memory and goes on after what ends the process.
@@ -91,6 +92,12 @@ fn main() {
     let current = argument("--current").map(PathBuf::from);
     if let Some(seed) = number("--show") {
         println!("{:#}", fuzzer::draw(seed as u64));
+        return;
+    }
+    if let Some(file) = argument("--check") {
+        let text = std::fs::read_to_string(file).unwrap();
+        let finding = fuzzer::check(&serde_json::from_str(&text).unwrap());
+        println!("{}", finding.as_deref().unwrap_or("nothing is wrong"));
         return;
     }
     std::panic::set_hook(Box::new(|_| {}));

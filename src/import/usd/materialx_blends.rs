@@ -96,6 +96,18 @@ fn ramp(network: &mut Network, shader: &View, operation: &str) -> Term {
 fn adjusted(network: &mut Network, shader: &View) -> Option<Term> {
     let from = network.input(shader, "in")?;
     let amount = network.input_or(shader, "amount", Term::color([0.0, 1.0, 1.0]));
+    Some(in_hsv(network, from, amount))
+}
+
+/// Hue moved alone.
+pub(super) fn hue_moved(network: &mut Network, from: Term, hue: Term) -> Term {
+    let (hue, one) = (network.channel(hue, 0), Input::float(1.0));
+    let amount = Function::CombineXyz;
+    let amount = network.function(amount, &[hue, one, one]);
+    in_hsv(network, from, Term::link(amount, 3))
+}
+
+fn in_hsv(network: &mut Network, from: Term, amount: Term) -> Term {
     let parts = network.function(Function::SeparateColor(ColorModel::Hsv), &[from.rgb]);
     let part = |output: u8| Input::Link(Link { output, ..parts });
     let [hue, saturation, value] = [0, 1, 2].map(|at| network.channel(amount, at));
@@ -105,10 +117,10 @@ fn adjusted(network: &mut Network, shader: &View) -> Option<Term> {
     let value = network.math(Math::Multiply, &[part(2), value]);
     let all = [hue, saturation, value];
     let link = network.function(Function::CombineColor(ColorModel::Hsv), &all);
-    Some(Term {
+    Term {
         rgb: link.into(),
         ..from
-    })
+    }
 }
 
 /// A foreground on a background, by so much.

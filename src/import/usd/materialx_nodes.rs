@@ -5,7 +5,7 @@ use super::network::{Found, Network, Term};
 use super::preview::{self, ADD, DEFAULT_UV, MULTIPLY, SUBTRACT, each};
 use super::source::View;
 use super::value;
-use super::{materialx_blends, materialx_places};
+use super::{materialx_blends, materialx_more, materialx_places};
 use crate::nodes::color::ColorModel;
 use crate::nodes::math::Math;
 use crate::nodes::range::RangeKind;
@@ -152,15 +152,9 @@ fn parts_and_choices(
         "saturate" => {
             let term = network.input(shader, "in")?;
             let amount = input(network, "amount", 1.0);
-            let grey = network.vector(VectorMath::DotProduct, &[term.rgb, Input::Value(LUMA)]);
-            let grey = Term {
-                rgb: grey,
-                size: 3,
-                ..term
-            };
             Term {
                 size,
-                ..mixed(network, term, grey, amount)
+                ..saturated(network, term, amount)
             }
         }
         "rgbtohsv" | "hsvtorgb" => {
@@ -221,6 +215,17 @@ fn parts_and_choices(
 /// Weights of Rec.709 (ITU-R BT.709).
 const LUMA: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
+/// A colour by so much, its grey by the rest.
+pub(super) fn saturated(network: &mut Network, color: Term, amount: Term) -> Term {
+    let grey = network.vector(VectorMath::DotProduct, &[color.rgb, Input::Value(LUMA)]);
+    let grey = Term {
+        rgb: grey,
+        size: 3,
+        ..color
+    };
+    mixed(network, color, grey, amount)
+}
+
 /// Nodes that do one thing with one to three inputs.
 fn arithmetic(network: &mut Network, shader: &View, operation: &str) -> Option<Term> {
     use Math as M;
@@ -261,7 +266,7 @@ fn function(network: &mut Network, shader: &View, operation: &str) -> Option<Ter
         "tan" => (M::Tangent, V::Tangent),
         "normalize" => (M::Sign, V::Normalize),
         "sqrt" | "ln" | "exp" | "asin" | "acos" => {
-            let term = network.input(shader, "in").filter(|t| t.size == 1)?;
+            let term = network.input(shader, "in")?;
             let operation = match operation {
                 "sqrt" => M::Sqrt,
                 "exp" => M::Exponent,
@@ -270,10 +275,18 @@ fn function(network: &mut Network, shader: &View, operation: &str) -> Option<Ter
                 _ => M::Logarithm,
             };
             let e = Input::float(std::f32::consts::E);
-            return Some(Term {
-                rgb: network.math(operation, &[term.rgb, e]),
-                ..term
-            });
+            let rgb = if term.size == 1 {
+                network.math(operation, &[term.rgb, e])
+            } else {
+                let parts = [0, 1, 2].map(|at| network.channel(term, at));
+                let parts = parts.map(|part| network.math(operation, &[part, e]));
+                network.function(Function::CombineXyz, &parts).into()
+            };
+            let a = match term.size {
+                4 => network.math(operation, &[term.a, e]),
+                _ => term.a,
+            };
+            return Some(Term { rgb, a, ..term });
         }
         "atan2" => {
             let y = network.input_or(shader, "iny", Term::number(0.0));
@@ -374,18 +387,35 @@ fn remapped(network: &mut Network, shader: &View, operation: &str, size: u8) -> 
         RangeKind::Linear
     };
     let clamp = smooth || network.plain(shader, "doclamp") == Some(1.0);
-    let [a, b, c, d] = ends;
+    let [a, b, mut c, mut d] = ends;
+    let gamma = network
+        .input(shader, "gamma")
+        .filter(|_| operation == "range");
+    let gamma = gamma.filter(|gamma| !gamma.is(1.0));
+    if gamma.is_some() {
+        (c, d) = (Input::float(0.0), Input::float(1.0));
+    }
     let function = if size == 1 {
         Function::MapRange { kind, clamp }
     } else {
         Function::MapRangeVector { kind, clamp }
     };
     let link = network.function(function, &[term.rgb, a, b, c, d]);
-    Some(Term {
+    let found = Term {
         rgb: link.into(),
         size,
         ..term
-    })
+    };
+    let Some(gamma) = gamma else {
+        return Some(found);
+    };
+    let divide = (Math::Divide, VectorMath::Divide);
+    let exponent = each(network, divide, &[Term::number(1.0), gamma]);
+    let bent = materialx_more::safe_power(network, found, exponent);
+    let [low, high] = [ends[2], ends[3]].map(|rgb| Term { rgb, ..found });
+    let gap = each(network, SUBTRACT, &[high, low]);
+    let scaled = each(network, MULTIPLY, &[bent, gap]);
+    Some(each(network, ADD, &[scaled, low]))
 }
 
 /// The coordinates that a node is given, or those of the mesh.

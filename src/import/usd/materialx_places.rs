@@ -2,14 +2,16 @@
 
 use super::materialx_nodes::{coordinates, follow_uvs, mixed};
 use super::network::{Network, Term};
-use super::preview::{ADD, MULTIPLY, SUBTRACT, each};
+use super::preview::{MULTIPLY, SUBTRACT, each};
 use super::source::View;
 use super::value;
+use super::{materialx_more, materialx_noise};
+use crate::nodes::curve::Table;
 use crate::nodes::math::Math;
 use crate::nodes::vector_math::VectorMath;
-use crate::nodes::{Dimensions, NoiseSettings, NoiseType};
-use crate::scene::graph::function::{PlaceInput, ProceduralTexture, Space, Transformed};
+use crate::scene::graph::function::{PlaceInput, Space, Transformed};
 use crate::scene::graph::{Function, Input, Link};
+use std::sync::Arc;
 
 /// What a node gives, if it is one of these.
 pub(super) fn node(
@@ -32,17 +34,20 @@ pub(super) fn node(
             direction(network, operation, world)
         }
         "facingratio" => facing(network, shader),
-        "noise2d" | "noise3d" | "fractal2d" | "fractal3d" if size == 1 => {
-            noise(network, shader, operation)
-        }
         "checkerboard" => checkerboard(network, shader, size),
         "ramp4" => corners(network, shader, size),
         "blackbody" => {
             let kelvin = network.input_or(shader, "temperature", Term::number(5000.0));
-            Term::color(glow(kelvin.constant()?[0]))
+            match kelvin.constant() {
+                Some(kelvin) => Term::color(glow(kelvin[0])),
+                None => glow_of(network, kelvin),
+            }
         }
         "swizzle" => swizzled(network, shader, size)?,
-        _ => return None,
+        _ => {
+            return materialx_noise::node(network, shader, operation, size)
+                .or_else(|| materialx_more::node(network, shader, operation, size));
+        }
     })
 }
 
@@ -90,7 +95,7 @@ fn in_stage(network: &mut Network, way: Link, times: f32) -> Input {
 }
 
 /// Where a point is, in the stage's units. A mesh keeps its own space.
-fn position(network: &mut Network, world: bool) -> Term {
+pub(super) fn position(network: &mut Network, world: bool) -> Term {
     if !world {
         return Term::link(network.place(PlaceInput::Object), 3);
     }
@@ -105,7 +110,7 @@ fn position(network: &mut Network, world: bool) -> Term {
 }
 
 /// A direction of unit length in the stage's axes, or in the object's own.
-fn direction(network: &mut Network, operation: &str, world: bool) -> Term {
+pub(super) fn direction(network: &mut Network, operation: &str, world: bool) -> Term {
     let way = match operation {
         "normal" => network.place(PlaceInput::Normal),
         "viewdirection" => network.place(PlaceInput::Incoming),
@@ -169,59 +174,6 @@ fn facing(network: &mut Network, shader: &View) -> Term {
         rgb: ratio,
         ..Term::number(0.0)
     }
-}
-
-/// Perlin's noise of one number: MaterialX has it from OSL, as Blender does. That of colours has other gradients.
-fn noise(network: &mut Network, shader: &View, operation: &str) -> Term {
-    let flat = operation.ends_with("2d");
-    let at = if flat {
-        coordinates(network, shader)
-    } else {
-        let given = network.input(shader, "position");
-        given.unwrap_or_else(|| position(network, false))
-    };
-    let number = |network: &mut Network, name: &str, fallback: f32| {
-        network.input_or(shader, name, Term::number(fallback)).rgb
-    };
-    let fractal = operation.starts_with("fractal");
-    let octaves = if fractal {
-        network
-            .plain(shader, "octaves")
-            .unwrap_or(3.0)
-            .clamp(1.0, 16.0)
-    } else {
-        1.0
-    };
-    let texture = ProceduralTexture::NoiseFactor(NoiseSettings {
-        dimensions: if flat {
-            Dimensions::Two
-        } else {
-            Dimensions::Three
-        },
-        noise_type: NoiseType::Fbm,
-        normalize: false,
-    });
-    let w = Input::float(0.0);
-    let (lacunarity, diminish) = (
-        number(network, "lacunarity", 2.0),
-        number(network, "diminish", 0.5),
-    );
-    let inputs = [
-        at.rgb,
-        w,
-        Input::float(1.0),
-        Input::float(octaves - 1.0),
-        diminish,
-        lacunarity,
-    ];
-    let noise = Term::link(network.function(Function::Texture(texture), &inputs), 1);
-    let amplitude = network.input_or(shader, "amplitude", Term::number(1.0));
-    let scaled = each(network, MULTIPLY, &[noise, amplitude]);
-    if fractal {
-        return scaled;
-    }
-    let pivot = network.input_or(shader, "pivot", Term::number(0.0));
-    each(network, ADD, &[scaled, pivot])
 }
 
 /// As MaterialX' own graph has it: the first colour where the sum of the whole coordinates is odd.
@@ -305,10 +257,38 @@ fn swizzled(network: &mut Network, shader: &View, size: u8) -> Option<Term> {
     })
 }
 
+/// Where temperatures of black bodies end.
+const GLOW: [f64; 2] = [1667.0, 25_000.0];
+
+/// The same of a temperature that is not the same everywhere: by a table over one over it, between whose entries lies a line.
+fn glow_of(network: &mut Network, kelvin: Term) -> Term {
+    let [least, most] = GLOW.map(|kelvin| kelvin as f32);
+    // From the highest temperature to the lowest.
+    let count = 1024;
+    let entry = |at: usize| {
+        let share = at as f32 / count as f32;
+        let color = glow(1.0 / (1.0 / most + share * (1.0 / least - 1.0 / most)));
+        glam::Vec3::from(color).extend(1.0)
+    };
+    let table = Table {
+        entries: (0..=count).map(entry).collect(),
+        interpolate: true,
+        extrapolate: false,
+    };
+    let above = network.math(Math::Maximum, &[kelvin.rgb, Input::float(1.0)]);
+    let one_over = network.math(Math::Divide, &[Input::float(1.0), above]);
+    let range = 1.0 / least - 1.0 / most;
+    let (scale, offset) = (1.0 / range, -1.0 / (most * range));
+    let inputs = [one_over, Input::float(scale), Input::float(offset)];
+    let place = network.math(Math::MultiplyAdd, &inputs);
+    let ramp = Function::ColorRamp(Arc::new(table));
+    Term::link(network.function(ramp, &[place]), 3)
+}
+
 /// What a black body of a temperature shines in: linear Rec.709 of luminance 1. MaterialX defines it by the Planckian locus
 /// of Kim and others (US patent 7,024,034) from 1667 to 25000 K.
 pub(super) fn glow(kelvin: f32) -> [f32; 3] {
-    let kelvin = f64::from(kelvin).clamp(1667.0, 25_000.0);
+    let kelvin = f64::from(kelvin).clamp(GLOW[0], GLOW[1]);
     let t = 1000.0 / kelvin;
     let cubic = |[a, b, c, d]: [f64; 4], x: f64| ((a * x + b) * x + c) * x + d;
     let x = if kelvin < 4000.0 {

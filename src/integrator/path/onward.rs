@@ -95,6 +95,11 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             if !self.next_interface(found) {
                 return false;
             }
+            let is_met = !found.again && self.beside.scattered.is_none();
+            if E::EVERYTHING && is_met && self.beside.rounds.comes_back(&found.hit, self.bounce) {
+                self.span.0 = found.hit.distance.next_up();
+                continue;
+            }
             if E::EVERYTHING && self.world.has_priorities() && !self.is_there(found) {
                 continue;
             }
@@ -149,7 +154,6 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                     if only_bounds {
                         self.carry_as_played(None);
                     }
-                    self.beside.skipped = passing.skipped;
                     self.cross(&found.hit, self.direction);
                     self.light.sink.go_by(found.hit.distance - self.span.0);
                     self.light.sink.pass(passing.weight);
@@ -157,13 +161,24 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
                     self.beside.bounds += u32::from(only_bounds);
                     self.beside.tints = (self.bounce, self.tints() + 1);
                     self.beside.left = self.world.strand_of(&found.hit);
-                    self.beside.walked += found.hit.distance;
                     self.leave_object(Some(found.hit.object()));
-                    self.origin = passing.onward;
-                    self.span = (RAY_START, f32::INFINITY);
+                    self.go_behind(&found.hit, (passing.onward, passing.skipped));
                 }
             }
         }
+    }
+
+    /// Goes straight on behind a surface: from there, so far from it.
+    #[inline(always)]
+    fn go_behind(&mut self, hit: &Hit, (onward, skipped): (Vec3, f32)) {
+        if self.beside.rounds.passes(hit, self.bounce) {
+            self.span.0 = hit.distance.next_up();
+            return;
+        }
+        self.beside.skipped = skipped;
+        self.beside.walked += hit.distance;
+        self.origin = onward;
+        self.span = (RAY_START, f32::INFINITY);
     }
 
     /// Light of what shines and may be passed: by its share, whether the path passes it or not. A faint sign that shines brightly
@@ -206,10 +221,10 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
             return true;
         }
         self.cross(&found.hit, self.direction);
-        (self.origin, self.beside.skipped) = world.straight_on(&found.hit, self.direction);
         self.light.sink.go_by(found.hit.distance - self.span.0);
-        self.beside.walked += found.hit.distance;
-        self.span = (RAY_START, f32::INFINITY);
+        let behind = world.straight_on(&found.hit, self.direction);
+        let hit = found.hit;
+        self.go_behind(&hit, behind);
         false
     }
 

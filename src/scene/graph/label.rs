@@ -123,6 +123,7 @@ impl ProceduralTexture {
             Self::Gradient(_) => "Gradient Texture",
             Self::WhiteNoise(_) => "White Noise Texture",
             Self::Gabor(_) => "Gabor Texture",
+            Self::Lattice(_) => "MaterialX noise",
         }
     }
 }

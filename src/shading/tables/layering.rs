@@ -125,7 +125,7 @@ impl<const N: usize> Means<N> {
 
     #[inline]
     fn facet_blend(&self, (cos, roughness): (f32, f32), eta: f32) -> f32 {
-        // Of an index and of its inverse the same: as in Cycles no base gets the light that total reflection keeps.
+        // Of an index and of its inverse the same, as in Cycles, whose base gets light that total reflection keeps, too.
         let root = ((eta - 1.0) / (eta + 1.0)).abs().sqrt();
         let (row, up) = cell(roughness, N);
         let column = cell(self.cosines.share(cos), N);
@@ -225,6 +225,29 @@ pub fn layer_albedo(
         average: all.average,
     };
     reflectance * coarse.compensation(average) * coarse.directional
+}
+
+/// The same of an index below 1, without gain: total reflection leaves nothing to the base. Integrated for each view, since such
+/// layers are rare and the reflectance bends where it becomes total: no table that is linear between a few points has that.
+#[cold]
+#[inline(never)]
+pub fn albedo_below_one(
+    (cos, roughness): (f32, f32),
+    eta: f32,
+    [f0, average]: [Vec3; 2],
+    all: Option<&Reflection>,
+) -> Vec3 {
+    let blend = |cos: f32| smooth_blend(cos, eta).clamp(0.0, 1.0);
+    if roughness == 0.0 {
+        return f0 + (Vec3::ONE - f0) * blend(cos);
+    }
+    let alpha = f64::from(roughness).powi(2).max(super::LEAST_ALPHA);
+    let view = View::new(f64::from(cos).clamp(LEAST_COSINE, 1.0), alpha);
+    // Sines above the index are reflected totally.
+    let critical = (1.0 - f64::from(eta).powi(2)).max(0.0).sqrt();
+    let (whole, blended) = Quadrature::get().reflection_below_one(&view, critical, blend);
+    let once = f0 * whole as f32 + (Vec3::ONE - f0) * blended as f32;
+    all.map_or(once, |all| once * all.compensation(average))
 }
 
 #[cfg(test)]

@@ -210,6 +210,50 @@ impl Quadrature {
         (all, reflected)
     }
 
+    /// The same of a reflectance that is total below a cosine to the facet: intervals of lengths and of directions end where it bends.
+    pub fn reflection_below_one(
+        &self,
+        view: &View,
+        critical: f64,
+        reflectance: impl Fn(f32) -> f32,
+    ) -> (f64, f64) {
+        let (mut all, mut reflected) = (0.0, 0.0);
+        for (k, weight) in self.directions_about(view, critical) {
+            let end = view.reflecting_length(k);
+            let [first, second] = view.lengths_seen_under(k, critical).map(|r| r.min(end));
+            for (from, to) in [(0.0, first), (first, second), (second, end)] {
+                Self::visit(&self.lengths_both, view, k, from, to, |slope| {
+                    let scattered = 2.0 * slope.cos_facet * slope.z - view.cos;
+                    let share = weight * slope.weight * view.masking(scattered);
+                    all += share;
+                    reflected += share * f64::from(reflectance(slope.cos_facet as f32));
+                });
+            }
+        }
+        (all, reflected)
+    }
+
+    /// Directions of slopes where facets that are seen under less than a critical cosine reflect totally.
+    ///
+    /// The facets that do not are inside of a cone about the viewer, a conic in the slopes. The integrand over the slopes' directions
+    /// bends where they touch it and where they become parallel to its far end.
+    fn directions_about(&self, view: &View, critical: f64) -> impl Iterator<Item = (f64, f64)> {
+        let angle = |k: f64| k.clamp(-1.0, 1.0).acos();
+        let sin = view.sin.max(1e-9);
+        let touching = (critical * critical - view.cos * view.cos).max(0.0).sqrt() / sin;
+        let far = critical / sin;
+        let ends = [0.0, angle(far), angle(touching), FRAC_PI_2, angle(-far), PI];
+        (0..ends.len() - 1)
+            .map(move |at| (ends[at], ends[at + 1]))
+            .filter(|(from, to)| to > from)
+            .flat_map(move |(from, to)| {
+                self.nodes_inside.map(|(x, weight)| {
+                    let k = (from + (to - from) * x).cos();
+                    (k, weight * (to - from) / FRAC_PI_2)
+                })
+            })
+    }
+
     /// Mean over what is seen of the facets of a function of the cosine to the facet; it counts 0 where they reflect to below the
     /// surface.
     pub fn seen(&self, view: &View, f: impl Fn(f32) -> f32) -> f64 {
@@ -233,22 +277,9 @@ impl Quadrature {
                 .map(|&(k, weight)| weight * self.both_along(view, glass, k))
                 .sum();
         };
-        // Seen from the dense side the reflection is total outside a cone about the viewer, a conic
-        // in the slopes. The integrand over the slopes' directions bends where they touch it and
-        // where they become parallel to its far end.
-        let angle = |k: f64| k.clamp(-1.0, 1.0).acos();
-        let sin = view.sin.max(1e-9);
-        let touching = (critical * critical - view.cos * view.cos).max(0.0).sqrt() / sin;
-        let far = critical / sin;
-        let ends = [0.0, angle(far), angle(touching), FRAC_PI_2, angle(-far), PI];
-        let mut sum = 0.0;
-        for (&from, &to) in ends.iter().zip(&ends[1..]).filter(|(from, to)| to > from) {
-            for (x, weight) in self.nodes_inside {
-                let k = (from + (to - from) * x).cos();
-                sum += weight * (to - from) / FRAC_PI_2 * self.both_along(view, glass, k);
-            }
-        }
-        sum
+        self.directions_about(view, critical)
+            .map(|(k, weight)| weight * self.both_along(view, glass, k))
+            .sum()
     }
 
     /// The same for the slopes in the direction `k`.

@@ -4,8 +4,8 @@ use super::super::node::{Lane, Legal, Socket, SocketKind};
 use super::Sockets;
 use crate::nodes::{
     self, BrickInputs, BrickSettings, CheckerInputs, Dimensions, GaborInputs, GaborType,
-    GradientType, MagicInputs, MagicSettings, NoiseInputs, NoiseSettings, VoronoiInputs,
-    VoronoiSettings, WaveInputs, WaveSettings,
+    GradientType, LatticeInputs, LatticeSettings, MagicInputs, MagicSettings, NoiseInputs,
+    NoiseSettings, VoronoiInputs, VoronoiSettings, WaveInputs, WaveSettings,
 };
 use crate::scene::Effect;
 use glam::{Vec3, Vec4};
@@ -49,13 +49,15 @@ pub enum ProceduralTexture {
     WhiteNoise(Dimensions),
     /// Gabor: Value, Phase, Intensity.
     Gabor(GaborType),
+    /// MaterialX' noises that are none of Blender's: Color, Value.
+    Lattice(LatticeSettings),
 }
 
 impl ProceduralTexture {
     /// The effect that it calls for.
     pub fn effect(&self) -> Effect {
         match self {
-            Self::Noise(_) | Self::NoiseFactor(_) => Effect::NoiseTexture,
+            Self::Noise(_) | Self::NoiseFactor(_) | Self::Lattice(_) => Effect::NoiseTexture,
             Self::Voronoi { .. } => Effect::VoronoiTexture,
             Self::Wave(_) => Effect::WaveTexture,
             Self::Magic(_) => Effect::MagicTexture,
@@ -150,6 +152,15 @@ const GABOR: &[Socket] = &[
     ),
 ];
 
+/// Those of [`ProceduralTexture::Lattice`].
+const LATTICE: &[Socket] = &[
+    VECTOR,
+    float("Jitter", 1.0),
+    float("Octaves", 1.0),
+    float("Lacunarity", 2.0),
+    float("Diminish", 0.5),
+];
+
 /// The texture Wave; apart, so that it saves no registers for others.
 #[inline(never)]
 fn wave<S: Sockets + ?Sized>(settings: &WaveSettings, inputs: &S) -> Vec4 {
@@ -191,6 +202,21 @@ fn brick<S: Sockets + ?Sized>(settings: &BrickSettings, inputs: &S) -> Vec4 {
     color.extend(factor)
 }
 
+/// MaterialX' noises, apart as well.
+#[inline(never)]
+fn lattice<S: Sockets + ?Sized>(settings: LatticeSettings, inputs: &S) -> Vec4 {
+    let n = |socket: usize| inputs.number(socket);
+    let inputs = LatticeInputs {
+        vector: inputs.vector(0),
+        jitter: n(1),
+        octaves: n(2),
+        lacunarity: n(3),
+        diminish: n(4),
+    };
+    let (numbers, number) = nodes::lattice_noise(settings, &inputs);
+    numbers.extend(number)
+}
+
 impl ProceduralTexture {
     /// The inputs, in their order.
     pub fn sockets(&self) -> &'static [Socket] {
@@ -204,6 +230,7 @@ impl ProceduralTexture {
             Self::Gradient(_) => const { &[VECTOR] },
             Self::WhiteNoise(_) => const { &[VECTOR, float("W", 0.0)] },
             Self::Gabor(_) => GABOR,
+            Self::Lattice(_) => LATTICE,
         }
     }
 
@@ -288,6 +315,7 @@ impl ProceduralTexture {
             })),
             Self::Gradient(kind) => Vec4::splat(nodes::gradient(*kind, v(0))),
             Self::WhiteNoise(dimensions) => colored(nodes::white_noise(*dimensions, v(0), n(1))),
+            Self::Lattice(settings) => lattice(*settings, inputs),
             Self::Gabor(kind) => {
                 let found = nodes::gabor(
                     *kind,

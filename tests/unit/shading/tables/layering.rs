@@ -137,3 +137,77 @@ fn a_mirror_reflects_as_its_interface_does_at_the_tables_points() {
         assert_eq!(left((roughness, cos), 1.0), 1.0);
     }
 }
+
+/// Where light comes from the denser side the layer leaves no more than it does not reflect, whatever its tint.
+#[test]
+fn layers_of_an_index_below_one_leave_what_total_reflection_does_not_keep() {
+    for ior in [fresnel::LEAST_IOR, 0.5, 0.8, 0.99] {
+        for roughness in [0.0, 0.1, 0.5, 1.0f32] {
+            for cos in [0.05, 0.3, 0.7, 1.0f32] {
+                for tint in [0.0, 1.0] {
+                    let true_f0 = fresnel::f0_from_ior(ior);
+                    let f0 = tint * true_f0;
+                    let average = f0 + (1.0 - f0) * fresnel::average_blend(ior, true_f0);
+                    let all = (roughness > 0.0)
+                        .then(|| Reflection::at(LutCoordinate::new(cos, roughness)));
+                    let both = [f0, average].map(Vec3::splat);
+                    let view = (cos, roughness);
+                    let found = albedo_below_one(view, ior, both, all.as_ref()).x;
+                    // All of it by many facets, in equal steps.
+                    let exact = reflected(view, |c| {
+                        f0 + (1.0 - f0) * smooth_blend(c, ior).clamp(0.0, 1.0)
+                    });
+                    let gain = all.map_or(1.0, |all| all.compensation(both[1]).x);
+                    assert!(
+                        (found - exact * gain).abs() < 1e-2,
+                        "{ior} {roughness} {cos} {tint}: {found} {}",
+                        exact * gain
+                    );
+                    let as_cycles =
+                        layer_albedo(view, (ior, ShaderRules::Since53), both, all.as_ref()).x;
+                    // Cycles' never leaves less, but for its coarse tables.
+                    assert!(
+                        found > as_cycles - 1e-2,
+                        "{ior} {roughness} {cos}: {as_cycles}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// The albedo of facets with a reflectance, by visible normals in equal steps.
+fn reflected((cos, roughness): (f32, f32), reflectance: impl Fn(f32) -> f32) -> f32 {
+    if roughness == 0.0 {
+        return reflectance(cos);
+    }
+    let (alpha, n) = (f64::from(roughness).powi(2), 400);
+    let (cos, sin) = (f64::from(cos), (1.0 - f64::from(cos).powi(2)).sqrt());
+    let mut sum = 0.0;
+    for i in 0..n {
+        // Slopes of length α·√(x/(1 − x)) have each as much of the distribution.
+        let x = (f64::from(i) + 0.5) / f64::from(n);
+        let length = alpha * (x / (1.0 - x)).sqrt();
+        let z = 1.0 / (1.0 + length * length).sqrt();
+        for j in 0..n {
+            let toward =
+                length * (std::f64::consts::TAU * (f64::from(j) + 0.5) / f64::from(n)).cos();
+            let facet = (cos + sin * toward) * z;
+            let scattered = 2.0 * facet * z - cos;
+            if facet > 0.0 && scattered > 0.0 {
+                let masking = masking(scattered, cos, alpha);
+                sum += (1.0 + sin / cos * toward) * masking * f64::from(reflectance(facet as f32));
+            }
+        }
+    }
+    (sum / f64::from(n * n)) as f32
+}
+
+/// Smith's height-correlated masking and shadowing of two directions.
+fn masking(scattered: f64, cos: f64, alpha: f64) -> f64 {
+    let lambda = |cos: f64| {
+        let tan2 = (1.0 - cos * cos).max(0.0) / (cos * cos);
+        0.5 * ((1.0 + alpha * alpha * tan2).sqrt() - 1.0)
+    };
+    1.0 / (1.0 + lambda(cos) + lambda(scattered))
+}
