@@ -1,6 +1,9 @@
 use super::*;
 use crate::sampler::hashed;
 
+/// What is met over the bound, by the share of the way.
+type Medium = &'static dyn Fn(f32) -> f32;
+
 /// How often combs are finer is what it is said to be.
 #[test]
 fn orders_have_their_probabilities() {
@@ -25,10 +28,13 @@ fn orders_have_their_probabilities() {
 /// Few places see nothing of an edge, of a thin sheet, or of a wave: the finer combs make up for it.
 #[test]
 fn combs_are_right_in_the_mean() {
-    let sheet = |x: f32| if (0.3..0.32).contains(&x) { 40.0 } else { 0.0 };
-    let media: [(&str, &dyn Fn(f32) -> f32, f64); 4] = [
+    let media: [(&str, Medium, f64); 4] = [
         ("an edge", &|x| f32::from(x > 0.37) * 2.0, 0.63 * 2.0),
-        ("a sheet", &sheet, 0.02 * 40.0),
+        (
+            "a sheet",
+            &|x| f32::from((0.3..0.32).contains(&x)) * 40.0,
+            0.02 * 40.0,
+        ),
         ("a slope", &|x| 3.0 * x, 1.5),
         (
             "a wave",
@@ -47,8 +53,8 @@ fn combs_are_right_in_the_mean() {
                     hashed(sample, 7, count)
                 };
                 let found = by_combs(depth, &mut draw, |at| Vec3::splat(over(at / depth)));
-                sum += f64::from(found.x);
-                squares += f64::from(found.x).powi(2);
+                sum += found.x;
+                squares += found.x.powi(2);
             }
             let n = f64::from(samples);
             let (found, expected) = (sum / n, (-mean * f64::from(depth)).exp());
