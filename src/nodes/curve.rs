@@ -1,6 +1,7 @@
 //! Color Ramp and curves: tables, as Cycles reads them.
 
 use glam::Vec4;
+use std::ops::{Add, Mul, Sub};
 
 /// Numbers along a line from 0 to 1.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,48 +18,38 @@ impl Table {
     /// The value at a place.
     #[inline]
     pub fn at(&self, place: f32) -> Vec4 {
+        self.part_at(place, |entry| *entry)
+    }
+
+    /// A part of the value at a place: nothing else of the entries is read.
+    #[inline]
+    fn part_at<T>(&self, place: f32, part: impl Fn(&Vec4) -> T) -> T
+    where
+        T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f32, Output = T>,
+    {
+        let entry = |number: usize| part(&self.entries[number]);
         let Some(last) = self.entries.len().checked_sub(1) else {
-            return Vec4::ZERO;
+            return part(&Vec4::ZERO);
         };
         if self.extrapolate && last > 0 && !(0.0..=1.0).contains(&place) {
             let (end, inner, beyond) = if place < 0.0 {
-                (self.entries[0], self.entries[1], -place)
+                (entry(0), entry(1), -place)
             } else {
-                (self.entries[last], self.entries[last - 1], place - 1.0)
+                (entry(last), entry(last - 1), place - 1.0)
             };
             return end + (end - inner) * (beyond * last as f32);
         }
         let along = place.clamp(0.0, 1.0) * last as f32;
         // What is not a number goes on, to be counted.
         if along.is_nan() {
-            return Vec4::NAN;
+            return part(&Vec4::NAN);
         }
-        let entry = (along as usize).min(last);
-        let t = along - entry as f32;
+        let before = (along as usize).min(last);
+        let t = along - before as f32;
         if !self.interpolate || t == 0.0 {
-            return self.entries[entry];
+            return entry(before);
         }
-        self.entries[entry] * (1.0 - t) + self.entries[(entry + 1).min(last)] * t
-    }
-}
-
-impl Table {
-    /// One number of the value at a place.
-    #[inline]
-    fn number_at(&self, place: f32, lane: usize) -> f32 {
-        // Beyond the ends, and what is not a number.
-        if self.entries.is_empty() || !(0.0..=1.0).contains(&place) {
-            return self.at(place)[lane];
-        }
-        let last = self.entries.len() - 1;
-        let along = place * last as f32;
-        let entry = (along as usize).min(last);
-        let t = along - entry as f32;
-        let here = self.entries[entry][lane];
-        if !self.interpolate || t == 0.0 {
-            return here;
-        }
-        here * (1.0 - t) + self.entries[(entry + 1).min(last)][lane] * t
+        entry(before) * (1.0 - t) + entry((before + 1).min(last)) * t
     }
 }
 
@@ -80,7 +71,7 @@ impl Curves {
         let range = self.most - self.least;
         let at = |lane: usize| {
             let place = super::math::divided(v[lane] - self.least, range);
-            self.table.number_at(place, lane)
+            self.table.part_at(place, |entry| entry[lane])
         };
         glam::Vec3::new(at(0), at(1), at(2))
     }
@@ -120,11 +111,15 @@ mod tests {
             for place in places.chain([-0.0, 0.5, 1.0, f32::NAN, f32::INFINITY]) {
                 for lane in 0..4 {
                     let whole = table.at(place)[lane].to_bits();
-                    assert_eq!(table.number_at(place, lane).to_bits(), whole, "{place}");
+                    assert_eq!(
+                        table.part_at(place, |v| v[lane]).to_bits(),
+                        whole,
+                        "{place}"
+                    );
                 }
             }
             table.entries.clear();
-            assert_eq!(table.number_at(0.5, 2), 0.0);
+            assert_eq!(table.part_at(0.5, |v| v[2]), 0.0);
         }
     }
 }

@@ -103,9 +103,14 @@ where
     }
 }
 
+/// What brings the noise of two dimensions to about −1..1.
+const SCALE_2: f32 = 0.6616;
+/// The same of three dimensions.
+const SCALE_3: f32 = 0.9820;
+
 /// Each dimension has its gradients, and a scale found by experiment that brings their noise to about −1..1.
 macro_rules! noise {
-    ($dimensions:literal: $scale:literal * $gradients:ident of $wrap:ident) => {
+    ($dimensions:literal: $scale:tt * $gradients:ident of $wrap:ident) => {
         impl Noise for Point<$dimensions> {
             #[inline(always)]
             fn signed_noise(self) -> f32 {
@@ -136,8 +141,8 @@ macro_rules! noise {
 }
 
 noise!(1: 0.2500 * gradients_1 of wrap);
-noise!(2: 0.6616 * gradients_2 of wrap);
-noise!(3: 0.9820 * gradients_3 of wrap_by_quotient);
+noise!(2: SCALE_2 * gradients_2 of wrap);
+noise!(3: SCALE_3 * gradients_3 of wrap_by_quotient);
 noise!(4: 0.8344 * gradients_4 of wrap_by_quotient);
 
 /// The noise repeats at this distance on each axis, lest large coordinates lose their fraction.
@@ -252,21 +257,25 @@ fn gradients_1(axes: &Axes) -> f32 {
 /// Between the four corners of a cell.
 #[inline(always)]
 fn gradients_2(axes: &Axes) -> f32 {
-    corners_2(axes)[0]
+    let (hash, places) = square(axes);
+    between_2(hash, places, axes)
 }
 
-/// The same by each of the hashes' first three bytes.
+/// Hashes of the four corners of a cell, and the place as seen from them.
 #[inline(always)]
-fn corners_2(axes: &Axes) -> [f32; 3] {
+fn square(axes: &Axes) -> (u32x4, [f32x4; 2]) {
     let [(a, x), (b, next_x)] = [0, 1].map(|number| axes.side(0, number));
     let [(c, y), (d, next_y)] = [0, 1].map(|number| axes.side(1, number));
     let hash = lanes::words_2(u32x4::new([a, a, b, b]), u32x4::new([c, d, c, d]));
-    let (x, y) = ([x, x, next_x, next_x], [y, next_y, y, next_y]);
-    let of = |byte: u32| {
-        let values = lanes::gradient_2(hash >> (8 * byte), f32x4::new(x), f32x4::new(y));
-        bilinear(values.to_array(), axes.fades[0], axes.fades[1])
-    };
-    [of(0), of(1), of(2)]
+    let places = [[x, x, next_x, next_x], [y, next_y, y, next_y]];
+    (hash, places.map(f32x4::new))
+}
+
+/// What gradients by these hashes give at the place.
+#[inline(always)]
+fn between_2(hash: u32x4, [x, y]: [f32x4; 2], axes: &Axes) -> f32 {
+    let values = lanes::gradient_2(hash, x, y);
+    bilinear(values.to_array(), axes.fades[0], axes.fades[1])
 }
 
 /// Between the eight corners of a cell: Perlin's twelve edges of the cube, four of them twice.
@@ -279,15 +288,16 @@ fn gradients_3(axes: &Axes) -> f32 {
 /// Noise of three numbers, by other bytes of the hashes that gradients are chosen by. `flat`: the third coordinate does not count.
 pub(super) fn three(place: glam::Vec3, flat: bool) -> glam::Vec3 {
     let p = place.to_array();
+    let bits = [0u32, 8, 16];
     glam::Vec3::from(if flat {
         let axes = axes(Point::<2>::from_axes(|axis| p[axis]).0, wrap);
-        corners_2(&axes).map(|sum| 0.6616 * sum)
+        let (hash, places) = square(&axes);
+        bits.map(|bits| SCALE_2 * between_2(hash >> bits, places, &axes))
     } else {
         let axes = axes(Point::<3>::from_axes(|axis| p[axis]).0, wrap_by_quotient);
         let ([i, j, k], places) = cube(&axes);
         let hash = lanes::words_3(i, j, k);
-        let of = |byte: u32| trilinear(lanes::gradient_3(hash >> (8 * byte), places), &axes);
-        [of(0), of(1), of(2)].map(|sum| 0.9820 * sum)
+        bits.map(|bits| SCALE_3 * trilinear(lanes::gradient_3(hash >> bits, places), &axes))
     })
 }
 

@@ -33,6 +33,19 @@ def coverage(passes, kind):
     return found
 
 
+def add_fog(density):
+    """A box of it around all that is there."""
+    bpy.ops.mesh.primitive_cube_add(size=7.6, location=(0, 0, 2.9))
+    fog = bpy.data.materials.new("fog")
+    fog.use_nodes = True
+    tree = fog.node_tree
+    tree.nodes.clear()
+    scatter, out = tree.nodes.new("ShaderNodeVolumeScatter"), tree.nodes.new("ShaderNodeOutputMaterial")
+    scatter.inputs["Density"].default_value = density
+    tree.links.new(scatter.outputs[0], out.inputs["Volume"])
+    bpy.context.object.data.materials.append(fog)
+
+
 class DataPasses(EngineTest):
     """One scene by both engines."""
 
@@ -133,15 +146,7 @@ class DataPasses(EngineTest):
         """What the ray through a pixel's middle tells is told where no fog scatters it: a share of the pixels."""
         layer = self.scene.view_layers[0]
         layer.use_pass_z = layer.use_pass_ambient_occlusion = True
-        bpy.ops.mesh.primitive_cube_add(size=7.6, location=(0, 0, 2.9))
-        fog = bpy.data.materials.new("fog")
-        fog.use_nodes = True
-        tree = fog.node_tree
-        tree.nodes.clear()
-        scatter, out = tree.nodes.new("ShaderNodeVolumeScatter"), tree.nodes.new("ShaderNodeOutputMaterial")
-        scatter.inputs["Density"].default_value = 0.1
-        tree.links.new(scatter.outputs[0], out.inputs["Volume"])
-        bpy.context.object.data.materials.append(fog)
+        add_fog(0.1)
         ours, theirs = self.both()
         depth, index = "ViewLayer.Depth", f"ViewLayer.{INDICES[0]}"
         shares = [[(passes[depth] < 1e9).mean(), (passes[index] == 7).mean()] for passes in (ours, theirs)]
@@ -161,15 +166,7 @@ class DataPasses(EngineTest):
         # Cycles has another share of what is behind what lets half through.
         bpy.data.objects.remove(bpy.data.objects["veil"])
         plain, theirs = (passes["ViewLayer.Denoising Depth"].astype(float) for passes in self.both())
-        bpy.ops.mesh.primitive_cube_add(size=7.6, location=(0, 0, 2.9))
-        fog = bpy.data.materials.new("fog")
-        fog.use_nodes = True
-        tree = fog.node_tree
-        tree.nodes.clear()
-        scatter, out = tree.nodes.new("ShaderNodeVolumeScatter"), tree.nodes.new("ShaderNodeOutputMaterial")
-        scatter.inputs["Density"].default_value = 1e-4
-        tree.links.new(scatter.outputs[0], out.inputs["Volume"])
-        bpy.context.object.data.materials.append(fog)
+        add_fog(1e-4)
         behind = self.both()[0]["ViewLayer.Denoising Depth"].astype(float)
         for words, depth, of in (("Cycles", plain, theirs), ("without the volume", behind, plain)):
             met = (depth < 1e9) & (of < 1e9)

@@ -1,6 +1,7 @@
 //! MaterialX' nodes that its library makes of others: waves, powers, reflections, corrections of colours, and layers of pictures.
 
-use super::materialx_nodes::mixed;
+use super::materialx_blends::hue_moved;
+use super::materialx_nodes::{coordinates, mixed, saturated};
 use super::materialx_places::direction;
 use super::network::{Network, Term};
 use super::preview::{ADD, MULTIPLY, SUBTRACT, each};
@@ -45,19 +46,21 @@ pub(super) fn node(
             number(network.math(Math::Subtract, &[Input::float(0.5), middle]))
         }
         "reflect" => {
-            let (way, normal) = way_and_normal(network, shader);
+            let way = network.input_or(shader, "in", Term::color([1.0, 0.0, 0.0]));
+            let normal = network.input(shader, "normal");
+            let normal = normal.unwrap_or_else(|| direction(network, "normal", true));
             let rgb = network.vector(VectorMath::Reflect, &[way.rgb, normal.rgb]);
             Term { rgb, ..way }
         }
         "circle" => {
-            let at = super::materialx_nodes::coordinates(network, shader);
+            let at = coordinates(network, shader);
             let center = network.input_or(shader, "center", Term::color([0.0; 3]));
             let radius = input(network, "radius", 0.5);
             let way = network.vector(VectorMath::Distance, &[at.rgb, center.rgb]);
             let outside = network.math(Math::GreaterThan, &[way, radius.rgb]);
             number(network.math(Math::Subtract, &[Input::float(1.0), outside]))
         }
-        "colorcorrect" => corrected(network, shader)?,
+        "colorcorrect" => corrected(network, shader),
         "logical" => logical(network, shader)?,
         "overlay" => overlaid(network, shader),
         "over" | "in" | "out" | "mask" | "matte" => {
@@ -112,13 +115,6 @@ pub(super) fn safe_power(network: &mut Network, base: Term, exponent: Term) -> T
     each(network, MULTIPLY, &[sign, power])
 }
 
-fn way_and_normal(network: &mut Network, shader: &View) -> (Term, Term) {
-    let way = network.input_or(shader, "in", Term::color([1.0, 0.0, 0.0]));
-    let normal = network.input(shader, "normal");
-    let normal = normal.unwrap_or_else(|| direction(network, "normal", true));
-    (way, normal)
-}
-
 /// Whether one or both of two are true; by the end of the node's name.
 fn logical(network: &mut Network, shader: &View) -> Option<Term> {
     let id = shader.word("info:id")?;
@@ -166,7 +162,7 @@ fn overlaid(network: &mut Network, shader: &View) -> Term {
 }
 
 /// Hue, saturation, gamma, lift, gain, contrast and exposure, in this order.
-fn corrected(network: &mut Network, shader: &View) -> Option<Term> {
+fn corrected(network: &mut Network, shader: &View) -> Term {
     let from = network.input_or(shader, "in", Term::color([1.0; 3]));
     let one = Term::number(1.0);
     let given = |network: &mut Network, name: &str, fallback: f32| {
@@ -175,11 +171,11 @@ fn corrected(network: &mut Network, shader: &View) -> Option<Term> {
     let hue = given(network, "hue", 0.0);
     let mut color = from;
     if !hue.is(0.0) {
-        color = super::materialx_blends::hue_moved(network, color, hue);
+        color = hue_moved(network, color, hue);
     }
     let saturation = given(network, "saturation", 1.0);
     if !saturation.is(1.0) {
-        color = super::materialx_nodes::saturated(network, color, saturation);
+        color = saturated(network, color, saturation);
     }
     let gamma = given(network, "gamma", 1.0);
     if !gamma.is(1.0) {
@@ -200,5 +196,5 @@ fn corrected(network: &mut Network, shader: &View) -> Option<Term> {
     let exposure = given(network, "exposure", 0.0);
     let times = each(network, POWER, &[Term::number(2.0), exposure]);
     color = each(network, MULTIPLY, &[color, times]);
-    Some(Term { a: from.a, ..color })
+    Term { a: from.a, ..color }
 }

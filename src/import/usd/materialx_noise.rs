@@ -40,8 +40,7 @@ pub(super) fn node(
             let from = seeded(network, shader, from);
             let seed = network.plain(shader, "seed").unwrap_or(0.0);
             let number = random(network, from, seed);
-            let ends = ["min", "max"].map(|name| name.to_owned());
-            within(network, shader, number, ends, [0.0, 1.0])
+            within(network, shader, number, ["min", "max"], ([0.0, 1.0], true))
         }
         "randomcolor" => random_color(network, shader),
         _ => return None,
@@ -252,15 +251,9 @@ fn unified(network: &mut Network, shader: &View, flat: bool) -> Term {
             each(network, ADD, &[noise, half])
         }
     };
-    let ends = ["outmin", "outmax"].map(|name| name.to_owned());
-    if network.plain(shader, "clampoutput") == Some(0.0) {
-        let [low, high] = [(0, 0.0), (1, 1.0)]
-            .map(|(end, fallback)| network.input_or(shader, &ends[end], Term::number(fallback)));
-        let range = each(network, SUBTRACT, &[high, low]);
-        let scaled = each(network, MULTIPLY, &[number, range]);
-        return each(network, ADD, &[scaled, low]);
-    }
-    within(network, shader, number, ends, [0.0, 1.0])
+    let clamp = network.plain(shader, "clampoutput") != Some(0.0);
+    let ends = ["outmin", "outmax"];
+    within(network, shader, number, ends, ([0.0, 1.0], clamp))
 }
 
 /// Turned about an axis by an angle in degrees.
@@ -277,19 +270,19 @@ fn turned(network: &mut Network, at: Term, turn: Term, axis: [f32; 3]) -> Term {
     Term::link(network.function(rotate, &inputs), at.size)
 }
 
-/// A number of 0 to 1 brought between those in two inputs.
+/// A number of 0 to 1 brought between those in two inputs, and kept there if it is to `clamp`.
 fn within(
     network: &mut Network,
     shader: &View,
     number: Term,
-    [low, high]: [String; 2],
-    fallbacks: [f32; 2],
+    [low, high]: [&str; 2],
+    (fallbacks, clamp): ([f32; 2], bool),
 ) -> Term {
-    let low = network.input_or(shader, &low, Term::number(fallbacks[0]));
-    let high = network.input_or(shader, &high, Term::number(fallbacks[1]));
+    let low = network.input_or(shader, low, Term::number(fallbacks[0]));
+    let high = network.input_or(shader, high, Term::number(fallbacks[1]));
     let range = Function::MapRange {
         kind: RangeKind::Linear,
-        clamp: true,
+        clamp,
     };
     let (zero, one) = (Input::float(0.0), Input::float(1.0));
     let inputs = [number.rgb, zero, one, low.rgb, high.rgb];
@@ -323,8 +316,8 @@ fn random_color(network: &mut Network, shader: &View) -> Term {
     ];
     let parts = parts.map(|(name, offset, ends)| {
         let number = random(network, from, (seed + offset).ceil());
-        let names = ["low", "high"].map(|end| format!("{name}{end}"));
-        within(network, shader, number, names, ends).rgb
+        let [low, high] = ["low", "high"].map(|end| format!("{name}{end}"));
+        within(network, shader, number, [&low, &high], (ends, true)).rgb
     });
     let link = network.function(Function::CombineColor(ColorModel::Hsv), &parts);
     Term::link(link, 3)

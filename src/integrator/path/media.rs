@@ -198,10 +198,12 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
     fn worth_by_bounces(&self) -> f32 {
         let is_last = self.bounce + 1 > self.settings.bounces
             || self.beside.scattered_in_media + 1 > self.settings.volume_limit;
-        match is_last {
-            true if self.world.lights.are_all_near() => LAST_WORTH,
-            true => LAST_WORTH_OF_FAR,
-            false => 1.0,
+        if !is_last {
+            1.0
+        } else if self.world.lights.are_all_near() {
+            LAST_WORTH
+        } else {
+            LAST_WORTH_OF_FAR
         }
     }
 

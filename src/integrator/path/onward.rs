@@ -223,8 +223,7 @@ impl<E: Features, A: PassSink + Record> Walk<'_, '_, E, A> {
         self.cross(&found.hit, self.direction);
         self.light.sink.go_by(found.hit.distance - self.span.0);
         let behind = world.straight_on(&found.hit, self.direction);
-        let hit = found.hit;
-        self.go_behind(&hit, behind);
+        self.go_behind(&found.hit, behind);
         false
     }
 
