@@ -250,9 +250,9 @@ impl Prepared {
     fn branches(&self, settings: &RenderSettings) -> Branches {
         match settings.branches {
             Some(count) => Branches::all(count),
-            None if self.world.has_even_fog() && settings.bounce_limits.volume != Some(0) => {
-                FOG_BRANCHES
-            }
+            None if settings.bounce_limits.volume == Some(0) => Branches::all(1),
+            None if self.world.has_even_fog() => EVEN_FOG_BRANCHES,
+            None if self.world.has_fog() => VARYING_FOG_BRANCHES,
             None => Branches::all(1),
         }
     }
@@ -343,11 +343,16 @@ fn beyond(called_for: EnumSet<Effect>, wanted: EnumSet<Effect>) -> Vec<String> {
 }
 
 /// Paths that go on from the first vertex where there is even fog that scatters light more than once: light comes to it from all around.
-/// So many have the least variance for their time, but for a few per cent; media that vary do not gain
-/// (docs/notes/cost-of-accuracy.md).
-const FOG_BRANCHES: Branches = Branches {
+/// So many have the least variance for their time, but for a few per cent (docs/notes/cost-of-accuracy.md).
+const EVEN_FOG_BRANCHES: Branches = Branches {
     at_surface: 4,
     in_medium: 4,
+};
+
+/// The same where fog varies: a way through it takes longer.
+const VARYING_FOG_BRANCHES: Branches = Branches {
+    at_surface: 2,
+    in_medium: 2,
 };
 
 /// The kernel for the effects that are wanted, and the effects that it has.

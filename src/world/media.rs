@@ -250,7 +250,8 @@ impl World {
         let tracks_objects = fills_objects || nesting.is_some();
         let some_without_shadows = (of_objects.iter().zip(&self.geometry.entries))
             .any(|(filling, entry)| filling.is_some() && !casts_shadow(entry));
-        let scatters = |of: &Filling| of.varying.is_some() || of.even.scattering != Vec3::ZERO;
+        let varies = |of: &Filling| of.varying.as_ref().is_some_and(|v| v.scatters());
+        let scatters = |of: &Filling| of.even.scattering != Vec3::ZERO || varies(of);
         if everywhere.is_some() || tracks_objects {
             self.media = Some(Box::new(Media {
                 scatters: everywhere

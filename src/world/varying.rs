@@ -176,6 +176,11 @@ impl Varying {
         local(&self.program, &self.facts, (point, &[]), asking, lobes)
     }
 
+    /// Whether any of its shaders scatters light.
+    pub fn scatters(&self) -> bool {
+        self.program.scatters()
+    }
+
     /// Whether it is another for another camera.
     pub fn asks_about_view(&self) -> bool {
         self.program.asks_about().view

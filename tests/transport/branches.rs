@@ -1,11 +1,13 @@
 //! Several paths that go on from the first vertex.
 
-use super::media::fog;
+use super::media::{cloud, fog, growing};
 use super::{RenderSettings, colors, estimate, floor, run, small};
 use sundog::film::Passes;
 use sundog::render::Rendering;
-use sundog::scene::Scene;
+use sundog::scene::graph::VolumeShader;
+use sundog::scene::{Medium, Scene};
 use sundog::selftest::kit::{camera, constant_environment, diffuse, glass, place, sphere};
+use sundog::selftest::media::add_slab;
 
 use glam::{DAffine3, DVec3};
 
@@ -30,6 +32,17 @@ fn balls() -> Scene {
     scene
 }
 
+/// These before a slab that takes light by how far along X it is met, and scatters none.
+fn before_what_absorbs() -> Scene {
+    let mut scene = balls();
+    let medium = Medium {
+        varying: Some(Box::new(growing(2.0, VolumeShader::Absorption))),
+        ..Medium::default()
+    };
+    add_slab(&mut scene, medium, 1.0);
+    scene
+}
+
 /// Half the mean squared difference of two pictures.
 fn noise(a: &Rendering, b: &Rendering) -> f64 {
     let (a, b) = (colors(a), colors(b));
@@ -40,7 +53,7 @@ fn noise(a: &Rendering, b: &Rendering) -> f64 {
 /// The means are those of one path: 4 σ, the variance from independent seeds.
 #[test]
 fn more_branches_have_the_same_mean() {
-    for (name, scene) in [("fog", fog()), ("balls", balls())] {
+    for (name, scene) in [("fog", fog()), ("balls", balls()), ("cloud", cloud())] {
         let one = estimate(&scene, &settings(1), 0..16);
         for branches in [2, 3, 8] {
             let more = estimate(&scene, &settings(branches), 16..32);
@@ -94,4 +107,26 @@ fn fog_branches_by_itself() {
         ..small(16, 6)
     };
     assert_eq!(colors(&chosen[0]), colors(&run(&scene, &with_passes)));
+}
+
+/// Fog that varies has two, and one where it scatters light once alone; what scatters nothing has one. All to the bit.
+#[test]
+fn fog_that_varies_branches_twice() {
+    let cases = [
+        (cloud(), None, 2),
+        (cloud(), Some(0), 1),
+        (before_what_absorbs(), None, 1),
+    ];
+    for (scene, volume, expected) in cases {
+        let of = |branches| {
+            let mut settings = RenderSettings {
+                branches,
+                ..small(16, 2)
+            };
+            settings.bounce_limits.volume = volume;
+            colors(&run(&scene, &settings))
+        };
+        assert_eq!(of(None), of(Some(expected)));
+        assert_ne!(of(None), of(Some(3 - expected)));
+    }
 }

@@ -55,7 +55,7 @@ pub fn fog() -> Scene {
 }
 
 /// A node tree of a density that grows along the object's X axis, from 0 on: by so much for each metre.
-fn growing(slope: f32, shader: VolumeShader) -> Graph {
+pub fn growing(slope: f32, shader: VolumeShader) -> Graph {
     let mut graph = Graph::default();
     let place = graph.add(Node::new(NodeKind::Function(Function::Place(
         PlaceInput::Object,

@@ -398,7 +398,8 @@ pub struct Studies {
     pub light_samples: u32,
     /// Paths that go on from what the camera sees, for each sample; their mean counts.
     ///
-    /// The same picture in the mean. In even fog that scatters light more than once it is 4; otherwise 1.
+    /// The same picture in the mean. Where fog scatters light more than once it is 4,
+    /// or 2 if the fog varies; otherwise 1.
     #[arg(long, value_name = "COUNT", whole = 1..=MAX_BRANCHES)]
     pub branches: Option<u32>,
     /// From which bounce on paths that carry little light may end by chance; `on` is 2, `off` follows each to its

@@ -120,6 +120,13 @@ impl VolumeProgram {
         self.of_grids_alone
     }
 
+    /// Whether any of the shaders scatters light, whatever their numbers are.
+    pub fn scatters(&self) -> bool {
+        let scatters = |shader| !matches!(shader, VolumeShader::Absorption);
+        let mut shaders = self.parts.iter().filter_map(|part| part.shader);
+        shaders.any(scatters)
+    }
+
     /// What it asks about that is not of the place alone.
     pub fn asks_about(&self) -> AsksAbout {
         self.asks_about
