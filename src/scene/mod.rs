@@ -31,6 +31,7 @@ mod strands;
 pub mod tangents;
 pub mod texel;
 pub mod validate;
+mod vertex_normals;
 mod visibility;
 mod whole;
 

@@ -9,13 +9,13 @@ use super::flatten::directions;
 use super::graph::Graph;
 use super::{
     Camera, Diagnostics, Effect, Light, LightKind, Material, Mesh, Projection, Scene, Verdict,
-    duplicate_triangles,
+    duplicate_triangles, vertex_normals,
 };
 use crate::math::words::counted;
 
 /// Makes a scene fit for rendering: drops what has no meaning, repairs what has one, and says so.
 ///
-/// Afterwards all numbers are finite, all indices in range, normals and tangents of unit length,
+/// Afterwards all numbers are finite, all indices in range, normals and tangents of unit length (or zero, where Blender has such),
 /// transforms invertible and material parameters in their legal ranges. Ids of meshes, materials and
 /// images stay valid: meshes may become empty, but none is removed.
 pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
@@ -29,6 +29,7 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
         .materials
         .iter()
         .any(|m| m.graph.displacement.is_some());
+    let from_blender = scene.is_from_blender();
     for mesh in &mut scene.meshes {
         if mesh.material.is_some_and(|m| m.0 as usize >= materials) {
             mesh.material = None;
@@ -40,7 +41,7 @@ pub fn clean(scene: &mut Scene, diagnostics: &mut Diagnostics) {
                 "the default material is used",
             );
         }
-        clean_mesh(mesh, displaces, &mut tally, diagnostics);
+        clean_mesh(mesh, (displaces, from_blender), &mut tally, diagnostics);
         let material = mesh.material.map(|m| &scene.materials[m.0 as usize]);
         if let Some(material) = material.filter(|m| duplicate_triangles::make_light(m)) {
             let count = duplicate_triangles::leave_out(mesh, material.double_sided);
@@ -458,7 +459,12 @@ impl Tally {
 }
 
 /// `displaces`: triangles without area are left to [`area::clean_displaced`], because displacement may open them.
-fn clean_mesh(mesh: &mut Mesh, displaces: bool, tally: &mut Tally, diagnostics: &mut Diagnostics) {
+fn clean_mesh(
+    mesh: &mut Mesh,
+    (displaces, from_blender): (bool, bool),
+    tally: &mut Tally,
+    diagnostics: &mut Diagnostics,
+) {
     let count = mesh.positions.len();
     let fits = |length: Option<usize>| length.is_none_or(|l| l == count);
     let lengths_match = fits(mesh.normals.as_ref().map(Vec::len))
@@ -517,8 +523,8 @@ fn clean_mesh(mesh: &mut Mesh, displaces: bool, tally: &mut Tally, diagnostics: 
             *position = [0.0; 3];
         }
     }
-    clean_normals(mesh, diagnostics);
-    clean_tangents(mesh, diagnostics);
+    vertex_normals::clean(mesh, from_blender, diagnostics);
+    vertex_normals::clean_tangents(mesh, diagnostics);
     for direction in mesh.radial.iter_mut().chain(&mut mesh.generated).flatten() {
         if direction.iter().any(|c| !c.is_finite()) {
             *direction = [0.0; 3];
@@ -560,95 +566,6 @@ fn clean_mesh(mesh: &mut Mesh, displaces: bool, tally: &mut Tally, diagnostics: 
             "vertex colours that are negative or not finite",
             &mesh.name,
             "taken as 0",
-        );
-    }
-}
-
-/// How far the square of a unit vector's length may be from 1 before it is normalised again: 16-bit
-/// and 8-bit normals are further off, f32 ones are not.
-const UNIT_TOLERANCE: f32 = 1e-4;
-
-fn clean_normals(mesh: &mut Mesh, diagnostics: &mut Diagnostics) {
-    let Some(normals) = &mut mesh.normals else {
-        return;
-    };
-    let mut missing = false;
-    for normal in normals.iter_mut() {
-        let n = Vec3::from(*normal);
-        if (n.length_squared() - 1.0).abs() > UNIT_TOLERANCE || !n.is_finite() {
-            // f64, as the square of a short normal may vanish in f32.
-            match n.as_dvec3().try_normalize().filter(|_| n.is_finite()) {
-                Some(unit) => *normal = unit.as_vec3().into(),
-                None => (*normal, missing) = ([0.0; 3], true),
-            }
-        }
-    }
-    if !missing {
-        return;
-    }
-    // The sum of the faces' normals, weighted by area, where the file has none.
-    let mut sums = vec![DVec3::ZERO; normals.len()];
-    let mut used = false;
-    for triangle in &mesh.triangles {
-        let [a, b, c] = triangle.map(|i| Vec3::from(mesh.positions[i as usize]));
-        for &i in triangle {
-            if normals[i as usize] == [0.0; 3] {
-                sums[i as usize] += area::vector(a, b, c);
-                used = true;
-            }
-        }
-    }
-    for (normal, sum) in normals.iter_mut().zip(sums) {
-        if *normal == [0.0; 3] {
-            *normal = sum.normalize_or(DVec3::Z).as_vec3().into();
-        }
-    }
-    if used {
-        diagnostics.report_effect(
-            Effect::SmoothNormals,
-            "bad-normals",
-            Verdict::Approximated,
-            "vertex normals that are zero or not finite",
-            &mesh.name,
-            "computed from the faces",
-        );
-    }
-}
-
-fn clean_tangents(mesh: &mut Mesh, diagnostics: &mut Diagnostics) {
-    let (Some(tangents), normals) = (&mut mesh.tangents, &mesh.normals) else {
-        return;
-    };
-    let mut replaced = false;
-    // Those that were made of coordinates may be none.
-    let may_be_none = mesh.tangent_set.is_some();
-    for (i, tangent) in tangents.iter_mut().enumerate() {
-        let [x, y, z, w] = *tangent;
-        let t = Vec3::new(x, y, z);
-        if may_be_none && t == Vec3::ZERO {
-            continue;
-        }
-        let sign = if w < 0.0 { -1.0 } else { 1.0 };
-        let unit = match t.as_dvec3().try_normalize().filter(|_| t.is_finite()) {
-            Some(_) if (t.length_squared() - 1.0).abs() <= UNIT_TOLERANCE => t,
-            Some(unit) => unit.as_vec3(),
-            None => {
-                replaced = true;
-                normals
-                    .as_ref()
-                    .map_or(Vec3::X, |n| Vec3::from(n[i]).any_orthonormal_vector())
-            }
-        };
-        *tangent = [unit.x, unit.y, unit.z, sign];
-    }
-    if replaced {
-        diagnostics.report_effect(
-            Effect::NormalMaps,
-            "bad-tangents",
-            Verdict::Approximated,
-            "tangents that are zero or not finite",
-            &mesh.name,
-            "any direction along the surface is used",
         );
     }
 }

@@ -493,6 +493,30 @@ fn bad_numbers_in_geometry_are_dropped_or_repaired_and_counted() {
     );
 }
 
+/// In files by Blender a normal of zero counts as such, between the others; what is not finite is made of the faces everywhere.
+#[test]
+fn zero_normals_are_cycles_own_in_files_by_blender() {
+    for (generator, middle, told) in [
+        ("Khronos glTF Blender I/O v4.5.48", f32::NAN, true),
+        ("Khronos glTF Blender I/O v4.5.48", 0.0, false),
+        ("another", 0.0, true),
+    ] {
+        let mut file = Builder::triangle();
+        let normals = file.floats("VEC3", &[0.0, 1.0, 0.0, middle, 0.0, 0.0, 0.0, 1.0, 0.0]);
+        file.json["asset"]["generator"] = json!(generator);
+        file.json["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = normals.into();
+        let imported = file.load();
+        let normals = imported.scene.meshes[0].normals.as_ref().unwrap();
+        let expected = if told { [0.0, 0.0, 1.0] } else { [0.0; 3] };
+        assert_eq!(normals[1], expected, "{generator}, {middle}");
+        assert_eq!(
+            codes(&imported).contains(&"bad-normals"),
+            told,
+            "{generator}, {middle}"
+        );
+    }
+}
+
 #[test]
 fn bad_transforms_cameras_and_lights_are_left_out_by_name() {
     let mut file = Builder::triangle();
