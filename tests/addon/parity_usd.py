@@ -131,12 +131,26 @@ def named(result, names):
     return told, more
 
 
-def measure(tiles, samples):
-    """Rows of tiles of one kind."""
-    names, columns, rows = parity.scene_of(tiles, Tree)
-    kind = tiles[0].kind
+def scene_of(tiles):
+    """As parity.py's, with the numbers as UV maps."""
+    found = parity.scene_of(tiles, Tree)
     for mesh in bpy.data.meshes:
         layers(mesh)
+    return found
+
+
+def told_of_few(tiles):
+    """What is told of each of so few tiles that the program names all of them."""
+    names, *_ = scene_of(tiles)
+    with tempfile.TemporaryDirectory(prefix="sundog-parity-") as folder, kit.quiet():
+        told, _ = named(written(folder)[1], names)
+    return [told[name] for name in names]
+
+
+def measure(tiles, samples):
+    """Rows of tiles of one kind."""
+    names, columns, rows = scene_of(tiles)
+    kind = tiles[0].kind
     size = parity.SIZES.get(kind, parity.SIZE)
     side = max(columns, rows) * size
     noisy = samples > parity.ONCE
@@ -163,22 +177,24 @@ def measure(tiles, samples):
 
 
 def run(tiles, say=print):
-    """Rows of many tiles. Those that differ without a word are looked at by fours, with more samples: what is told of few names them all."""
+    """Rows of many tiles. Those that differ without a word are looked at with more samples, then asked for by fours."""
     found = [None] * len(tiles)
     kinds = collections.defaultdict(list)
     for number, tile in enumerate(tiles):
         kinds[tile.kind, parity.shines(tile)].append(number)
     for (kind, _), numbers in sorted(kinds.items()):
         few, many = {"sheet": (parity.ONCE, parity.ONCE), "ball": (parity.ONCE, parity.OFTEN)}.get(kind, (SAMPLES, MORE))
-        steps = [(numbers[start : start + parity.MOST], few) for start in range(0, len(numbers), parity.MOST)]
-        for part, samples in steps:
-            _some(part, tiles, samples, found, say)
-        again = [n for n in numbers if found[n]["result"] == "unnamed" and (found[n]["more"] or many > few)]
-        if kind == "sheet" or len(again) <= 2 * NAMED:
-            for start in range(0, len(again), NAMED):
-                _some(again[start : start + NAMED], tiles, many, found, say)
-        else:
+        for start in range(0, len(numbers), parity.MOST):
+            _some(numbers[start : start + parity.MOST], tiles, few, found, say)
+        again = [n for n in numbers if found[n]["result"] == "unnamed"]
+        if again and many > few:
             _some(again, tiles, many, found, say)
+        # The program's messages name the first few materials alone.
+        again = [n for n in again if found[n]["result"] == "unnamed" and found[n]["more"]]
+        for start in range(0, len(again), NAMED):
+            part = again[start : start + NAMED]
+            for n, told in zip(part, told_of_few([tiles[n] for n in part])):
+                found[n]["told"], found[n]["result"] = "; ".join(told), "named" if told else "unnamed"
     return found
 
 
