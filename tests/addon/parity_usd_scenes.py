@@ -4,7 +4,8 @@
     PYTHON_WITH_BPY tests/addon/parity_usd_scenes.py test_parity_hair [test_parity_motion …]
 
 The tests run as they are, but each picture of Sundog's is made by glTF and by USD, twice each, and Cycles' is not made at all:
-the tests get Sundog's in its place. What they say of it does not count.
+the tests get Sundog's in its place, and what they say of it does not count. Diffuse BSDFs and Emissions are Principled BSDFs in
+both pictures, as USD has no others.
 """
 
 import os
@@ -41,6 +42,28 @@ def difference(gltf, other):
     return float(product.mean()), float(product.std() / product.size**0.5)
 
 
+def principled():
+    """Makes shaders that are diffuse or shine alone Principled ones, which USD has: they would hide all else that differs."""
+    for material in bpy.data.materials:
+        tree = material.node_tree
+        ends = [n for n in tree.nodes if n.type == "OUTPUT_MATERIAL"] if tree else []
+        for end in ends:
+            link = next(iter(end.inputs["Surface"].links), None)
+            node = link.from_node if link else None
+            if node is None or node.type not in {"BSDF_DIFFUSE", "EMISSION"}:
+                continue
+            made = tree.nodes.new("ShaderNodeBsdfPrincipled")
+            made.inputs["Specular IOR Level"].default_value = 0
+            pairs = {"Color": "Base Color"} if node.type == "BSDF_DIFFUSE" else {"Color": "Emission Color", "Strength": "Emission Strength"}
+            if node.type == "EMISSION":
+                made.inputs["Base Color"].default_value = (0, 0, 0, 1)
+            for old, new in pairs.items():
+                made.inputs[new].default_value = node.inputs[old].default_value
+                for source in node.inputs[old].links:
+                    tree.links.new(source.from_socket, made.inputs[new])
+            tree.links.new(made.outputs[0], end.inputs["Surface"])
+
+
 class Scenes:
     """Stands between the tests and what they ask for."""
 
@@ -59,6 +82,7 @@ class Scenes:
         """`ExportTest.export`, by both."""
         folder = tempfile.mkdtemp(dir=test.folder)
         verdicts = []
+        principled()
 
         def task(depsgraph):
             found = export.write_scene(depsgraph, depsgraph.scene, os.path.join(test.folder, "scene"), os.path.join(test.folder, "cache"), move=kit.Engine.current.frame_set)
@@ -100,6 +124,7 @@ class Scenes:
     def render(self, test, name="picture", **options):
         """`EngineTest.render`, by both."""
         scene = test.scene
+        principled()
         scene.render.engine = "SUNDOG"
         scene.sundog.samples = min(scene.sundog.samples, SAMPLES)
         pictures, verdicts = {}, []

@@ -126,6 +126,8 @@ def _object(shown, layer, verdicts):
     # Lamps have the switch, too, where it means another thing and is on.
     if kind == "object" and shown.is_shadow_catcher:
         verdicts.add(kind, name, LOST, "it is no shadow catcher")
+    if any(slot.link == "OBJECT" and slot.material is None for slot in original.material_slots):
+        verdicts.add(kind, name, LOST, "slots of its own without a material may have the mesh's")
     linking = shown.light_linking
     if linking.receiver_collection is not None or linking.blocker_collection is not None:
         verdicts.add(kind, name, LOST, f"its {_LINKING} is left out")
