@@ -10,7 +10,6 @@ both pictures, as USD has no others.
 
 import os
 import sys
-import tempfile
 import unittest
 
 import bpy
@@ -69,7 +68,7 @@ class Scenes:
 
     def __init__(self):
         self.test, self.other, self.last = "", {}, None
-        self.kept = kit.rendered, kit.ExportTest.export, engine_kit.EngineTest.render
+        self.kept = kit.rendered, export.write_scene, engine_kit.EngineTest.render
 
     def say(self, found, verdicts, messages=()):
         error, noise = found
@@ -78,22 +77,20 @@ class Scenes:
         result = "same" if error < BAR else "named" if lost else "same, noise" if error < ERRORS * noise else "NOT NAMED"
         print(f"{result} {self.test}: relMSE {error:.1e} ± {noise:.0e}; {' | '.join(lost)[:300]}", flush=True)
 
-    def export(self, test, layer=""):
-        """`ExportTest.export`, by both."""
-        folder = tempfile.mkdtemp(dir=test.folder)
-        verdicts = []
-        principled()
-
-        def task(depsgraph):
-            found = export.write_scene(depsgraph, depsgraph.scene, os.path.join(test.folder, "scene"), os.path.join(test.folder, "cache"), move=kit.Engine.current.frame_set)
+    def write(self, depsgraph, scene, folder, cache, **options):
+        """`export.write_scene`, by both where a test calls it."""
+        ours = scene.render.engine == kit.Engine.bl_idname
+        if ours:
+            principled()
+            depsgraph.update()
+        found = self.kept[1](depsgraph, scene, folder, cache, **options)
+        if ours:
+            beside = os.path.join(folder, "usd")
+            os.makedirs(beside, exist_ok=True)
             try:
-                verdicts.append(usd.write_scene(depsgraph, folder))
+                self.other[found.path] = usd.write_scene(depsgraph, beside)
             except export.ExportError as error:
-                verdicts.append(error)
-            return found
-
-        found = kit.Exported(kit.in_render(task, layer))
-        self.other[found.path] = verdicts[0]
+                self.other[found.path] = error
         return found
 
     def rendered(self, path, width, height, samples, *more):
@@ -160,7 +157,7 @@ class Result(unittest.TestResult):
 def main(names):
     scenes = Result.scenes = Scenes()
     kit.rendered, kit.cycles_pixels = scenes.rendered, scenes.cycles
-    kit.ExportTest.export = lambda test, layer="": scenes.export(test, layer)
+    export.write_scene = scenes.write
     engine_kit.EngineTest.render = lambda test, name="picture", **options: scenes.render(test, name, **options)
     for name in names:
         unittest.defaultTestLoader.loadTestsFromName(name).run(Result())
