@@ -102,13 +102,16 @@ class ByUsd(EngineTest):
         output = next(n for n in tree.nodes if n.type == "OUTPUT_MATERIAL")
         tree.links.new(tree.nodes.new("ShaderNodeDisplacement").outputs[0], output.inputs["Displacement"])
         self.scene.render.use_motion_blur = True
+        floor = bpy.data.objects["Floor"]
+        floor.data.materials.append(bpy.data.materials["Material"])
+        floor.material_slots[0].link = "OBJECT"
         self.scene.sundog.exchange = "USD"
         self.scene.sundog.samples = 1
         self.render()
         lost = self.lost()
         for name, words in (
             ("Light", "soft falloff"), ("Light", "glossy"), ("Cube", "shadow catcher"), ("Cube", "diffuse"),
-            ("Material", "Voronoi Texture"), ("Material", "displacement"), ("Scene", "motion blur"),
+            ("Material", "Voronoi Texture"), ("Material", "displacement"), ("Scene", "motion blur"), ("Floor", "slots of its own"),
         ):  # fmt: skip
             self.assertIn(words, lost.get(name, ""), lost)
 

@@ -3,31 +3,11 @@
 
 import math
 
-import bpy
-
-from . import colorspace, fast_gi, lights, nodes, usd_layer, visibility
+from . import colorspace, fast_gi, lights, nodes, usd_layer, usd_nodes, visibility
 from .verdicts import APPROXIMATED, LOST
 
 _KEPT = {"MESH", "CURVE", "SURFACE", "FONT", "META", "CURVES", "POINTCLOUD", "LIGHT", "CAMERA", "VOLUME"}
 _NOTHING_TO_SEE = {"EMPTY", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE"}
-
-# Nodes whose outputs the exporter replaces by a constant.
-_NODES = {
-    "AMBIENT_OCCLUSION", "ATTRIBUTE", "BACKGROUND", "BEVEL", "CAMERA", "DISPLACEMENT", "FRESNEL", "HAIR_INFO", "LAYER_WEIGHT",
-    "LIGHT_FALLOFF", "LIGHT_PATH", "PARTICLE_INFO", "POINT_INFO", "RAYCAST", "SCRIPT", "SHADERTORGB", "SQUEEZE", "TEX_BRICK",
-    "TEX_GABOR", "TEX_IES", "TEX_MAGIC", "TEX_POINTDENSITY", "TEX_SKY", "TEX_VORONOI", "UVALONGSTROKE", "VECTOR_DISPLACEMENT",
-    "VERTEX_COLOR", "VOLUME_INFO", "WAVELENGTH", "WIREFRAME", "RADIAL_TILING", "CURVE_VEC", "BUMP",
-    "BSDF_HAIR", "BSDF_HAIR_PRINCIPLED", "BSDF_TOON", "BSDF_RAY_PORTAL", "EEVEE_SPECULAR", "HOLDOUT",
-    "VOLUME_ABSORPTION", "VOLUME_COEFFICIENTS", "PRINCIPLED_VOLUME", "VOLUME_SCATTER",
-}  # fmt: skip
-# And those of which some outputs are.
-_OUTPUTS = {
-    "NEW_GEOMETRY": {"True Normal", "Incoming", "Parametric", "Backfacing", "Pointiness", "Random Per Island"},
-    "OBJECT_INFO": {"Color", "Alpha", "Object Index", "Material Index"},
-    "TEX_COORD": {"Generated", "Camera", "Window", "Reflection"},
-}
-# Ramps and the old mixing nodes came with 5.x.
-_NOT_IN_4 = {"VALTORGB", "MIX_RGB", "COMBHSV", "COMBRGB", "SEPHSV", "SEPRGB"}
 
 _LINKING = "light and shadow linking"
 
@@ -146,6 +126,8 @@ def _object(shown, layer, verdicts):
     # Lamps have the switch, too, where it means another thing and is on.
     if kind == "object" and shown.is_shadow_catcher:
         verdicts.add(kind, name, LOST, "it is no shadow catcher")
+    if any(slot.link == "OBJECT" and slot.material is None for slot in original.material_slots):
+        verdicts.add(kind, name, LOST, "slots of its own without a material may have the mesh's")
     linking = shown.light_linking
     if linking.receiver_collection is not None or linking.blocker_collection is not None:
         verdicts.add(kind, name, LOST, f"its {_LINKING} is left out")
@@ -194,19 +176,16 @@ def _material(material):
     for socket in ("Volume", "Displacement"):
         if socket in output.inputs and output.inputs[socket].is_linked:
             yield LOST, f"its {socket.lower()} is left out"
-    lost, shaders = set(), set()
+    found, shaders = {}, set()
     for node, socket in _reached(output, "Surface"):
-        if socket.type == "SHADER" and node.type not in {"BSDF_PRINCIPLED", "GROUP", "GROUP_INPUT", "REROUTE"} | _NODES:
+        if socket.type == "SHADER" and node.type not in {"BSDF_PRINCIPLED", "GROUP", "GROUP_INPUT", "REROUTE"} | usd_nodes.CONSTANT:
             shaders.add(node.bl_label)
-        if node.type == "TEX_IMAGE" and node.projection == "BOX":
-            lost.add(f"the box projection of {node.bl_label}")
-        lost |= {f"{node.bl_label} ({socket.name})"} if socket.name in _OUTPUTS.get(node.type, ()) else set()
-        if node.type in _NODES or (bpy.app.version < (5, 0) and node.type in _NOT_IN_4):
-            lost.add(node.bl_label)
+        for verdict, words in usd_nodes.differs(node, socket):
+            found[words] = verdict
     if shaders:
         yield LOST, f"its shaders are left out ({', '.join(sorted(shaders))}): a Principled BSDF alone comes through"
-    for words in sorted(lost):
-        yield LOST, f"of its nodes, {words} is a constant there, or left out"
+    for words, verdict in sorted(found.items()):
+        yield verdict, f"its nodes: {words}"
 
 
 def _reached(node, *names, seen=None):

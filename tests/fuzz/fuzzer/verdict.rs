@@ -53,11 +53,14 @@ fn finite(scene: &Scene, rendering: &Rendering) -> Result<(), String> {
             statistics.non_finite_examples.first()
         ));
     }
-    // Pure colours lie outside of the primaries' triangle: a wavelength counts less than nothing for some of them. Lamps may take
-    // light away, as in Blender.
+    // Pure colours lie outside of the primaries' triangle: a wavelength counts less than nothing for some of them. Lamps and
+    // worlds may take light away, as in Blender.
     let called_for = EffectReport::detect(scene).called_for;
     let dark = |light: &Light| light.color.iter().any(|c| *c < 0.0);
-    let below = called_for.contains(Effect::Dispersion) || scene.lights.iter().any(dark);
+    let world = scene.environment.as_ref();
+    let below = called_for.contains(Effect::Dispersion)
+        || scene.lights.iter().any(dark)
+        || world.is_some_and(|world| world.radiance.iter().any(|c| *c < 0.0));
     let possible = |c: &f64| c.is_finite() && (*c >= 0.0 || below);
     let negative = colors(&rendering.picture)
         .flatten()
